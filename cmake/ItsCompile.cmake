@@ -1,0 +1,28 @@
+# How all our targets are compiled. Same bits on every machine: no contraction into fused multiply-adds.
+# No floating-point traps and no errno from sqrt: both let the compiler vectorise selections.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+add_library(its_compile INTERFACE)
+target_compile_options(its_compile INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-unknown-pragmas
+  -ffp-contract=off -fno-trapping-math -fno-math-errno
+  $<$<CONFIG:Release>:-O3>)
+if(ITS_WERROR)
+  target_compile_options(its_compile INTERFACE -Werror)
+endif()
+if(ITS_SANITIZE)
+  target_compile_options(its_compile INTERFACE
+    -fsanitize=${ITS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
+  target_link_options(its_compile INTERFACE -fsanitize=${ITS_SANITIZE})
+  target_compile_definitions(its_compile INTERFACE ITS_SANITIZED)
+endif()
+
+find_program(ITS_CCACHE ccache)
+if(ITS_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${ITS_CCACHE})
+endif()

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+/// Points, boxes, errors and progress: what every other header needs.
+namespace its {
+
+/// A point or vector; in mesh units unless said otherwise.
+struct Vec3 {
+    double x = 0, y = 0, z = 0;
+
+    double& operator[](int axis) { return axis == 0 ? x : axis == 1 ? y : z; }
+    double operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+    friend bool operator==(const Vec3&, const Vec3&) = default;
+};
+
+/// A closed axis-aligned box; min ≤ max on every axis unless it is empty.
+struct Box {
+    Vec3 min, max;
+};
+
+/// Base of every exception this library throws. what() is one line that says what is wrong,
+/// where, and what to do.
+class Error : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+/// A mesh or file whose content cannot be used.
+class InputError : public Error {
+public:
+    using Error::Error;
+};
+
+/// An option outside its range, or options that contradict each other.
+class OptionError : public Error {
+public:
+    using Error::Error;
+};
+
+/// A file that cannot be opened, read or written.
+class FileError : public Error {
+public:
+    using Error::Error;
+};
+
+/// The job needs more memory than it may take; thrown before the memory is taken.
+class MemoryError : public Error {
+public:
+    using Error::Error;
+};
+
+/// The progress callback asked to stop.
+class Cancelled : public Error {
+public:
+    using Error::Error;
+};
+
+/// Called with the stage's name and the fraction of it that is done, in [0, 1]. Never called by two
+/// threads at once, at most about a hundred times a stage. Return false to stop: the running call then
+/// throws Cancelled and leaves nothing behind. An empty function reports nothing.
+using Progress = std::function<bool(std::string_view stage, double fraction)>;
+
+}  // namespace its

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "its/shell.h"
+
+/// Pictures of a shell.
+namespace its {
+
+struct SliceOptions {
+    int axis = 2;            ///< 0 x, 1 y, 2 z: the normal of the plane
+    double at = 0.5;         ///< position of the plane within the mesh's bounds, 0 to 1
+    int size = 1024;         ///< pixels of the longer side of the plot, 64 to 8192
+    bool cells = false;      ///< draw the octree's cells
+    int threads = 0;
+};
+
+/// 8-bit RGB, rows from the top.
+struct Image {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;
+};
+
+/// f on an axis-aligned plane: diverging colours (blue inside, red outside), contours at ε₁, 0 and ε₂, the
+/// mesh's section in black, and a legend with values. \throws OptionError.
+Image slice(const ThinShell& shell, const SliceOptions& options = {});
+
+/// Writes a PNG to a temporary name that is then renamed. \throws FileError.
+void write_png(const Image& image, const std::filesystem::path& path);
+
+}  // namespace its

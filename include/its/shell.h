@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "its/base.h"
+#include "its/mesh.h"
+
+/// The implicit thin shell of a mesh: a function f and two numbers with ε₁ ≤ f ≤ ε₂ on all of M.
+/// Wen et al., "ITS: Implicit Thin Shell for Polygonal Meshes", arXiv 2411.01488.
+namespace its {
+
+enum class Extrema : std::uint8_t {
+    certified,   ///< Bernstein–Bézier bounds with branch and bound: proven for the floating-point code
+    candidates,  ///< the paper's finite set of candidate points
+};
+
+enum class Solver : std::uint8_t {
+    direct,  ///< hierarchical coefficients, one pass, satisfies every equation
+    lscg,    ///< the paper's least-squares conjugate gradients (Eigen); slow, for comparison
+};
+
+inline constexpr int max_depth = 16;
+
+struct BuildOptions {
+    /// K, in [0, max_depth]; the finest cell is s·2⁻ᴷ wide. Empty: chosen so that a surface cell holds
+    /// about four triangles, within max_memory.
+    std::optional<int> depth;
+    std::optional<SignRule> sign;  ///< empty: by the state of the mesh, see MeshReport::sign
+    Extrema extrema = Extrema::certified;
+    Solver solver = Solver::direct;
+    std::uint64_t max_memory = 0;  ///< bytes; 0: three quarters of what is free now
+    int threads = 0;               ///< 0: all. The result is the same bytes for any number
+    Progress progress;
+};
+
+/// How a shell was built, and what it holds. Lengths in mesh units.
+struct ShellInfo {
+    int depth = 0;
+    SignRule sign = SignRule::unsigned_rule;
+    std::string sign_reason;
+    Extrema extrema = Extrema::certified;
+    Solver solver = Solver::direct;
+    bool mesh_closed = false;
+    std::uint64_t mesh_vertices = 0, mesh_triangles = 0;
+    double scale = 0;                      ///< s: the longest side of the bounds, rounded up to the lattice
+    double cell_width = 0;                 ///< w = s·2⁻ᴷ
+    Box root;                              ///< the root cube, side 2s
+    double epsilon_inner = 0;              ///< ε₁ ≤ 0
+    double epsilon_outer = 0;              ///< ε₂ ≥ 0
+    double rounding = 0;                   ///< γ, the proven rounding error contained in ε₁ and ε₂
+    std::uint64_t surface_cells = 0;       ///< finest cells that meet M
+    std::uint64_t cells = 0;               ///< of all levels
+    std::uint64_t grid_points = 0;         ///< of all levels; one position on two levels counts twice
+    std::uint64_t memory_bytes = 0;        ///< of the shell without its copy of the mesh
+    double thickness() const { return epsilon_outer - epsilon_inner; }
+};
+
+/// Wall-clock seconds of the stages of build(). Not part of the shell: files do not depend on it.
+struct BuildTimes {
+    double octree = 0, distance = 0, field = 0, extrema = 0, total = 0;
+};
+
+struct ShellData;  // the arrays behind a shell; private to the library
+
+/// An immutable shell; copies share the same data. All members may be called from any number of threads.
+class ThinShell {
+public:
+    explicit ThinShell(std::shared_ptr<const ShellData> data);
+
+    const ShellInfo& info() const;
+    const Mesh& mesh() const;
+
+    /// f anywhere in space, in mesh units; negative inside. Continuous; outside the root cube the value at
+    /// the nearest point of the cube plus the distance to it. NaN for a non-finite point.
+    double value(const Vec3& point) const;
+
+    /// ∇f, without unit. On lattice planes, where f has a kink, the one-sided gradient of the cell that
+    /// floor() selects. NaN for a non-finite point.
+    Vec3 gradient(const Vec3& point) const;
+
+    const ShellData& data() const { return *data_; }
+
+private:
+    std::shared_ptr<const ShellData> data_;
+};
+
+/// Builds the shell of any mesh.
+/// \param times  if not null, receives the seconds each stage took.
+/// \throws InputError (no triangles, non-finite coordinates, indices out of range, too far from the origin
+///         for its size), OptionError, MemoryError (names the largest depth that fits), Cancelled.
+ThinShell build(const Mesh& mesh, const BuildOptions& options = {}, BuildTimes* times = nullptr);
+
+/// Bytes that build() would take at its peak for this mesh and depth: an estimate from the mesh's area that
+/// is checked again, exactly, once the finest cells are counted.
+std::uint64_t estimate_memory(const Mesh& mesh, int depth);
+
+}  // namespace its

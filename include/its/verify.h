@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "its/shell.h"
+
+/// An independent check of a shell against a mesh. It shares no evaluation, bounding, clipping or sign code
+/// with the builder: only the arrays of the shell are common to both.
+namespace its {
+
+struct VerifyOptions {
+    std::uint64_t samples = 1'000'000;  ///< on M, uniform by area
+    std::uint64_t seed = 20240;
+    std::uint64_t sign_samples = 2'000;  ///< grid points whose winding number is summed from solid angles
+    int threads = 0;
+    Progress progress;
+};
+
+/// One promise of docs/guarantees, checked.
+struct VerifyCheck {
+    std::string name;     ///< "G1 containment, sampled", …
+    bool passed = false;
+    std::uint64_t tested = 0, violations = 0;
+    double worst = 0;     ///< smallest margin seen, in mesh units; negative: by how much it failed
+    std::string detail;   ///< one line
+};
+
+struct VerifyReport {
+    std::vector<VerifyCheck> checks;
+    double sampled_min = 0, sampled_max = 0;  ///< of f over all samples, mesh units
+    double proven_min = 0, proven_max = 0;    ///< of f over M, by interval subdivision; mesh units
+    bool passed() const;
+};
+
+/// Checks G1 (containment: samples on M and a proof by interval subdivision), G2 (tightness) and the signs
+/// of grid points (G3). `mesh` should be the mesh that the shell was built from.
+/// \throws InputError if the mesh does not fit into the shell's root cube; Cancelled.
+VerifyReport verify(const ThinShell& shell, const Mesh& mesh, const VerifyOptions& options = {});
+
+}  // namespace its

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+#include <string_view>
+#include <utility>
+
+#include "its/base.h"
+
+/// The one parallel layer. Every loop is cut into chunks whose bounds depend on the count alone, never on the
+/// number of threads: what a chunk computes, and the order of chunks, are the same for any number.
+namespace its {
+
+/// Runs fn with at most `threads` threads (0: all of the machine).
+template <class F>
+auto with_threads(int threads, F&& fn) {
+    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+    return arena.execute(std::forward<F>(fn));
+}
+
+/// Counts the work of a stage, reports it, and passes on the wish to stop. Thread-safe.
+class Stage {
+public:
+    Stage(const Progress& progress, std::string_view name, std::uint64_t total)
+        : progress_(progress), name_(name), total_(std::max<std::uint64_t>(total, 1)) {
+        report(0.0);
+    }
+
+    /// Says that `count` more units are done. \throws Cancelled
+    void advance(std::uint64_t count) {
+        if (!progress_) return;
+        if (stopped_.load(std::memory_order_relaxed)) throw Cancelled("stopped by the caller");
+        const std::uint64_t done = done_.fetch_add(count, std::memory_order_relaxed) + count;
+        if (done * 100 / total_ != (done - count) * 100 / total_) report(double(done) / double(total_));
+    }
+
+private:
+    void report(double fraction) {
+        if (!progress_) return;
+        const std::lock_guard lock(mutex_);
+        if (!stopped_ && !progress_(name_, std::min(fraction, 1.0))) stopped_ = true;
+        if (stopped_) throw Cancelled("stopped by the caller");
+    }
+
+    const Progress& progress_;
+    std::string_view name_;
+    std::uint64_t total_;
+    std::atomic<std::uint64_t> done_ = 0;
+    std::atomic<bool> stopped_ = false;
+    std::mutex mutex_;
+};
+
+/// fn(chunk, begin, end) for consecutive chunks of `grain` items (the last may be shorter); serial when there
+/// is but one. Exceptions of fn are passed on.
+template <class F>
+void for_chunks(std::uint64_t count, std::uint64_t grain, F&& fn) {
+    const std::uint64_t chunks = (count + grain - 1) / grain;
+    const auto run = [&](std::uint64_t chunk) {
+        fn(chunk, chunk * grain, std::min(count, (chunk + 1) * grain));
+    };
+    if (chunks <= 1) {
+        if (chunks == 1) run(0);
+        return;
+    }
+    oneapi::tbb::parallel_for(std::uint64_t{0}, chunks, run);
+}
+
+inline std::uint64_t chunk_count(std::uint64_t count, std::uint64_t grain) {
+    return (count + grain - 1) / grain;
+}
+
+/// fn(i) for all i in [0, count), `grain` items a chunk.
+template <class F>
+void parallel_for(std::uint64_t count, std::uint64_t grain, F&& fn) {
+    for_chunks(count, grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+        for (std::uint64_t i = begin; i < end; ++i) fn(i);
+    });
+}
+
+/// Seconds since construction.
+class Stopwatch {
+public:
+    double seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace its

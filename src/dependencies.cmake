@@ -1,0 +1,1 @@
+# Libraries that single modules need, beside those every module may use.

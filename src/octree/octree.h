@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "octree/morton.h"
+
+/// The sparse octree as Morton-sorted arrays of sibling groups.
+namespace its {
+
+inline constexpr std::uint64_t no_group = ~std::uint64_t{0};
+
+/// The 27 grid points of a sibling group: index x + 3y + 9z, each of x, y, z in {0, 1, 2}.
+inline constexpr int group_points = 27;
+
+/// Index, among the group's 27 points, of corner `corner` of child `child` (both x + 2y + 4z).
+inline constexpr int group_point(int child, int corner) {
+    const int x = (child & 1) + (corner & 1);
+    const int y = (child >> 1 & 1) + (corner >> 1 & 1);
+    const int z = (child >> 2) + (corner >> 2);
+    return x + 3 * y + 9 * z;
+}
+
+/// All cells of one level k. They come in groups of eight siblings; a group is named by its parent cell.
+struct Level {
+    std::vector<std::uint64_t> parent;  ///< Morton code of the parent (a cell of level k+1), ascending
+    std::vector<std::uint8_t> mask;     ///< bit c: child c is subdivided (k > 0) or meets M (k = 0)
+    std::vector<std::uint64_t> first;   ///< number of mask bits before this group, over the level: the index of
+                                        ///< the group in level k−1, or of the surface cell, that belongs to the
+                                        ///< lowest set bit; one more entry at the end: the total
+    std::uint64_t groups() const { return parent.size(); }
+};
+
+/// Levels 0 (finest) to depth; the root cube is the parent of the one group of level depth.
+struct Octree {
+    int depth = 0;
+    std::vector<Level> levels;
+
+    /// Group of the level whose parent has this code, or no_group: O(log groups).
+    std::uint64_t find(int level, std::uint64_t parent) const;
+
+    std::uint64_t surface_cells() const { return levels[0].first.back(); }
+};
+
+}  // namespace its
