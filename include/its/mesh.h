@@ -58,7 +58,7 @@ struct MeshReport {
     std::uint64_t boundary_edges = 0;       ///< with exactly one triangle
     std::uint64_t nonmanifold_edges = 0;    ///< with more than two
     std::uint64_t inconsistent_edges = 0;   ///< two triangles that run through it in the same direction
-    std::uint64_t unbalanced_edges = 0;     ///< as many triangles one way as the other: no; 0 means M is a cycle
+    std::uint64_t unbalanced_edges = 0;     ///< whose uses one way and the other do not cancel; 0: M is a cycle
     std::uint64_t components = 0;           ///< connected through shared vertices
     std::int64_t euler = 0;                 ///< V − E + F
     bool closed = false;                    ///< no boundary edge, at least one triangle
