@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "its/base.h"
@@ -14,5 +16,23 @@ namespace its {
 struct Field {
     std::vector<std::vector<double>> values;
 };
+
+/// The direct solution: cumulative values equal to D satisfy f(g) = D(g) on every level, since finer hats
+/// centred elsewhere vanish at g. `distance` is laid out as Field::values.
+inline Field solve_direct(std::vector<std::vector<double>> distance) { return {std::move(distance)}; }
+
+/// A lattice cell on which f is trilinear: lower corner and width in lattice units, values at the corners.
+struct TrilinearCell {
+    Vec3 corner;
+    double width;
+    double value[8];
+};
+
+/// The cell with this point of the root cube (lattice coordinates, 0 ≤ u ≤ 2^(depth+1)) on which f is trilinear:
+/// a finest cell, or in a coarser leaf the largest lattice cell that no finer hat reaches into.
+TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u);
+
+/// The coefficient λ of the grid point at `corner` of child `child` of a group.
+double coefficient(const Octree& octree, const Field& field, int level, std::uint64_t group, int child, int corner);
 
 }  // namespace its

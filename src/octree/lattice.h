@@ -1,37 +1,61 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
+#include "base/rounding.h"
 #include "its/mesh.h"
 
 /// The lattice of finest cells. Lattice coordinates count cell widths from the root cube's lower corner.
 namespace its {
 
-/// Every lattice position (base + i)·width is an exact double: base + i and width share 53 bits.
+/// Every lattice position is an exact double: the index and the width together have at most 53 bits.
 struct Lattice {
-    int depth = 0;                           ///< K
-    double width = 0;                        ///< w, the finest cell, mesh units
-    std::array<std::int64_t, 3> base = {};   ///< root cube's lower corner, in cell widths from (0, 0, 0)
+    int depth = 0;                          ///< K
+    double width = 0;                       ///< w, the finest cell, mesh units
+    std::array<std::int64_t, 3> base = {};  ///< the root cube's lower corner, in quarters of w from (0, 0, 0)
 
-    double scale() const { return width * double(std::uint64_t{1} << depth); }     ///< s
-    std::uint32_t cells() const { return std::uint32_t{2} << depth; }              ///< per side of the root
+    double scale() const { return width * double(std::uint64_t{1} << depth); }  ///< s
+    std::uint32_t cells() const { return std::uint32_t{2} << depth; }           ///< per side of the root
 
     /// The exact position of lattice point i, 0 ≤ i ≤ cells().
-    double position(int axis, std::int64_t i) const { return double(base[axis] + i) * width; }
+    double position(int axis, std::int64_t i) const { return double(base[axis] + 4 * i) * (0.25 * width); }
     Vec3 position(const std::array<std::int64_t, 3>& i) const {
         return {position(0, i[0]), position(1, i[1]), position(2, i[2])};
     }
 
-    /// Lattice coordinates of a point: one subtraction and one division, both rounded.
+    /// Lattice coordinates of a point: one subtraction and one division. For a point of the root cube each
+    /// is wrong by at most mapping_error().
     Vec3 to_lattice(const Vec3& p) const {
         return {(p.x - position(0, 0)) / width, (p.y - position(1, 0)) / width, (p.z - position(2, 0)) / width};
     }
+
+    /// 2u·2ᴷ⁺¹ cell widths: two roundings, each of relative error u, of a number of at most 2ᴷ⁺¹.
+    double mapping_error() const { return 2 * unit_roundoff * cells(); }
+
+    /// The largest coordinate in the root cube, in cell widths.
+    double reach() const {
+        double largest = 0;
+        for (const std::int64_t b : base)
+            largest = std::max({largest, std::abs(double(b)), std::abs(double(b) + 4.0 * cells())});
+        return 0.25 * largest;
+    }
+
+    /// How far, in cell widths per axis, a point of M and the lattice coordinates of the same point as a
+    /// caller gives it may differ: 4u·reach() for the caller's rounding of the point (a point of a triangle is
+    /// seldom a double), and one mapping each for the query and for the mesh's vertices.
+    double point_error() const { return 4 * unit_roundoff * reach() + 2 * mapping_error(); }
 };
+
+/// Bounds of the triangles' vertices. Precondition: at least one triangle, indices in range.
+Box bounds(const Mesh& mesh);
 
 /// The lattice of a mesh at depth K. Its scale is at least the longest side of the mesh's bounds, and larger
 /// by less than 2⁻⁷ of it (2⁻²³ unless the mesh is far from the origin for its size).
-/// \throws InputError if the mesh is so far from the origin that lattice positions cannot be exact.
-Lattice make_lattice(const Mesh& mesh, int depth);
+/// \throws InputError if the mesh is so far from the origin that lattice positions cannot be exact, or its size
+/// is not in [1e-75, 1e75], outside which exact predicates could overflow.
+Lattice make_lattice(const Box& bounds, int depth);
 
 }  // namespace its

@@ -43,4 +43,8 @@ struct Octree {
     std::uint64_t surface_cells() const { return levels[0].first.back(); }
 };
 
+/// The octree whose finest marked cells are `surface` (Morton codes, strictly ascending, not empty): their
+/// siblings, their parents with siblings, and so on up to the root.
+Octree make_octree(int depth, const std::vector<std::uint64_t>& surface);
+
 }  // namespace its

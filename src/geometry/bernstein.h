@@ -1,0 +1,67 @@
+#pragma once
+
+#include <algorithm>
+
+#include "geometry/trilinear.h"
+#include "geometry/vec3.h"
+
+/// Bernstein–Bézier bounds of a trilinear function on a triangle.
+namespace its {
+
+/// A vertex of the triangle with the function's value and gradient there, local coordinates.
+struct Sample {
+    Vec3 at;
+    double value;
+    Vec3 gradient;
+};
+
+inline Sample sample(const double* corners, const Vec3& at) {
+    Sample s{at, 0, {}};
+    s.value = trilinear_with_gradient(corners, at, s.gradient);
+    return s;
+}
+
+/// What is known of a function on a set: its values there lie in [lower, upper]; [least, most] are attained.
+struct Bounds {
+    double lower, upper;
+    double least, most;
+
+    void include(const Bounds& other) {
+        lower = std::min(lower, other.lower);
+        upper = std::max(upper, other.upper);
+        least = std::min(least, other.least);
+        most = std::max(most, other.most);
+    }
+};
+
+/// Rounding error of the control values, in units of u·V, V the largest absolute corner value, for local
+/// coordinates in [−1/16, 17/16] (so that |gradient components| ≤ 2.3V and edges are shorter than 9/8 per axis).
+/// Edge values: 32 from the value, plus a third of three products of a gradient (err 32, size 2.3) and an edge (err
+/// 1): ≤ 32 + (3·9/8·(32 + 2.3·4))/3 < 80. Middle: (27·32 + 3·32 + 18·80)/6 + roundings of sums of size ≤ 27·1.5V
+/// (< 60) < 460.
+inline constexpr double control_roundings = 512;
+
+/// The restriction of the trilinear function to the triangle is a cubic; its ten control values are the polar
+/// form (blossom) at triples of vertices, and bound it (Farin 1986). b(p,p,q) = f(p) + ∇f(p)·(q − p)/3; the
+/// middle one follows from the value at the centroid, 27 f(c) = Σ b(p,p,p) + 3 Σ b(p,p,q) + 6 b(p,q,r).
+inline Bounds bernstein_bounds(const double* corners, const Sample& p, const Sample& q, const Sample& r) {
+    const auto edge = [](const Sample& from, const Sample& to) {
+        return from.value + dot(from.gradient, to.at - from.at) / 3.0;
+    };
+    const double e[6] = {edge(p, q), edge(q, p), edge(q, r), edge(r, q), edge(r, p), edge(p, r)};
+    const Vec3 centroid = (1.0 / 3.0) * (p.at + q.at + r.at);
+    const double centre = trilinear(corners, centroid);
+    const double vertices = p.value + q.value + r.value;
+    const double edges = (e[0] + e[1]) + (e[2] + e[3]) + (e[4] + e[5]);
+    const double middle = (27.0 * centre - vertices - 3.0 * edges) / 6.0;
+
+    Bounds b;
+    const double low = std::min({p.value, q.value, r.value}), high = std::max({p.value, q.value, r.value});
+    b.least = std::min(low, centre);
+    b.most = std::max(high, centre);
+    b.lower = std::min({low, middle, e[0], e[1], e[2], e[3], e[4], e[5]});
+    b.upper = std::max({high, middle, e[0], e[1], e[2], e[3], e[4], e[5]});
+    return b;
+}
+
+}  // namespace its

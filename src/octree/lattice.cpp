@@ -1,0 +1,69 @@
+#include "octree/lattice.h"
+
+#include <fmt/format.h>
+
+namespace its {
+
+namespace {
+
+constexpr int significand_bits = 53;
+constexpr int scale_bits = 24;      // of s when the mesh is near the origin
+constexpr int min_scale_bits = 8;   // s then exceeds the longest side by less than 2⁻⁷ of it
+constexpr double min_size = 1e-75, max_size = 1e75;
+
+/// The smallest number of `bits` significant bits that is ≥ x > 0.
+double round_up(double x, int bits) {
+    int exponent = 0;
+    const double fraction = std::frexp(x, &exponent);
+    return std::ldexp(std::ceil(std::ldexp(fraction, bits)), exponent - bits);
+}
+
+double largest_coordinate(const Box& box) {
+    double largest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    return largest;
+}
+
+}  // namespace
+
+Box bounds(const Mesh& mesh) {
+    Box box{mesh.vertices[mesh.triangles[0][0]], mesh.vertices[mesh.triangles[0][0]]};
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            for (int axis = 0; axis < 3; ++axis) {
+                box.min[axis] = std::min(box.min[axis], mesh.vertices[v][axis]);
+                box.max[axis] = std::max(box.max[axis], mesh.vertices[v][axis]);
+            }
+    return box;
+}
+
+Lattice make_lattice(const Box& box, int depth) {
+    const double far = largest_coordinate(box);
+    double side = 0;
+    for (int axis = 0; axis < 3; ++axis) side = std::max(side, box.max[axis] - box.min[axis]);
+    if (side == 0) side = far > 0 ? far : 1.0;  // a mesh that is one point: any scale will do
+    if (!(side >= min_size && far <= max_size))
+        throw InputError(fmt::format(
+            "mesh: size {:.3g} and largest coordinate {:.3g} must lie in [{:g}, {:g}]; scale the mesh", side, far,
+            min_size, max_size));
+
+    // |base + 4i| ≤ 4(far/w + 2ᴷ⁺²) must leave scale_bits for w; the index has this many bits:
+    const double index = 4 * (std::ldexp(far / side, depth) + std::ldexp(4.0, depth));
+    const int bits = std::min(scale_bits, significand_bits - (std::ilogb(index) + 1));
+    if (bits < min_scale_bits)
+        throw InputError(fmt::format(
+            "mesh: {:.3g} away from the origin, which is too far for its size {:.3g} at depth {}; move it nearer "
+            "to the origin or lower the depth",
+            far, side, depth));
+
+    Lattice lattice{.depth = depth, .width = std::ldexp(round_up(side, bits), -depth), .base = {}};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double centre = box.min[axis] + 0.5 * (box.max[axis] - box.min[axis]);
+        const double quarter = 0.25 * lattice.width;
+        lattice.base[axis] = std::llround(centre / quarter) - 2 * std::int64_t{lattice.cells()};
+    }
+    return lattice;
+}
+
+}  // namespace its

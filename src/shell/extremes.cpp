@@ -1,0 +1,293 @@
+#include "shell/extremes.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "base/rounding.h"
+#include "base/simd.h"
+#include "geometry/bernstein.h"
+#include "geometry/clip.h"
+#include "shell/candidates.h"
+
+namespace its {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr Bounds nothing{infinity, -infinity, infinity, -infinity};
+constexpr std::uint64_t group_grain = 256;
+constexpr std::uint64_t batch = 64;       // cells refined between two updates of the attained extremes
+constexpr std::size_t max_pieces = 1 << 17;  // of a cell; beyond it the bounds reached so far stand
+
+/// A surface cell and the polygons that M leaves in it.
+struct CellView {
+    std::uint64_t cell;   // number of the surface cell
+    std::uint64_t group;  // of level 0
+    int child;
+    Vec3 corner;
+    double value[8];
+};
+
+/// Surface cells, polygons and bounds of one mesh.
+class Surface {
+public:
+    Surface(const Lattice& lattice, const Octree& octree, const Field& field, std::span<const Vec3> positions,
+            std::span<const Triangle> triangles, std::span<const std::uint64_t> offset,
+            std::span<const std::uint32_t> triangle)
+        : octree_(octree), field_(field), positions_(positions), triangles_(triangles), offset_(offset),
+          triangle_(triangle) {
+        const double clipping = cuts * roundings_per_cut * unit_roundoff * lattice.cells();
+        margin_ = lattice.point_error() + clipping;
+        // A point of M and the polygon's point that stands for it differ by this per axis.
+        displacement_ = margin_ + clipping;
+    }
+
+    const Level& level() const { return octree_.levels[0]; }
+    std::uint64_t cells() const { return octree_.surface_cells(); }
+    double displacement() const { return displacement_; }
+
+    CellView view(std::uint64_t group, int child, std::uint64_t cell) const {
+        CellView v{.cell = cell, .group = group, .child = child, .corner = {}, .value = {}};
+        const Cell at = morton_decode(level().parent[group] << 3 | std::uint64_t(child));
+        v.corner = {double(at[0]), double(at[1]), double(at[2])};
+        for (int c = 0; c < 8; ++c)
+            v.value[c] = field_.values[0][group_points * group + group_point(child, c)];
+        return v;
+    }
+
+    CellView view(std::uint64_t cell) const {
+        const auto& first = level().first;
+        const auto group = std::uint64_t(std::upper_bound(first.begin(), first.end(), cell) - first.begin() - 1);
+        unsigned mask = level().mask[group];
+        for (std::uint64_t skip = cell - first[group]; skip > 0; --skip) mask &= mask - 1;
+        return view(group, std::countr_zero(mask), cell);
+    }
+
+    /// fn(polygon) for each triangle's part in the cell, local coordinates.
+    template <class F>
+    void for_polygons(const CellView& v, F&& fn) const {
+        for (std::uint64_t p = offset_[v.cell]; p < offset_[v.cell + 1]; ++p) {
+            const Triangle& t = triangles_[triangle_[p]];
+            const Polygon polygon = clip_to_cell(positions_[t[0]] - v.corner, positions_[t[1]] - v.corner,
+                                                 positions_[t[2]] - v.corner, margin_);
+            if (polygon.size > 0) fn(polygon);
+        }
+    }
+
+private:
+    const Octree& octree_;
+    const Field& field_;
+    std::span<const Vec3> positions_;
+    std::span<const Triangle> triangles_;
+    std::span<const std::uint64_t> offset_;
+    std::span<const std::uint32_t> triangle_;
+    double margin_, displacement_;
+};
+
+/// Steepest slope along a cell edge, and largest corner value: the two numbers that γ needs.
+struct Steepness {
+    double slope = 0, value = 0;
+
+    void include(const double* v) {
+        for (int c = 0; c < 8; ++c) {
+            value = std::max(value, std::abs(v[c]));
+            for (const int step : {1, 2, 4})
+                if (!(c & step)) slope = std::max(slope, std::abs(v[c | step] - v[c]));
+        }
+    }
+    void include(const Steepness& other) {
+        slope = std::max(slope, other.slope);
+        value = std::max(value, other.value);
+    }
+};
+
+/// γ: how far f̂, as shipped, at a point of M may lie outside the control values' range. The slope of a trilinear
+/// function is a mean of those of its edges, so f moves by at most slope × displacement per axis; outside the cell
+/// by `margin` ≪ 1/16 it grows by less than (9/8)² ≤ 4/3. Both evaluation and control values round.
+double rounding_error(const Steepness& s, double displacement) {
+    return 3 * (4.0 / 3.0) * s.slope * displacement +
+           (trilinear_roundings + control_roundings) * unit_roundoff * s.value;
+}
+
+float rounded_down(double x) {
+    const float f = float(x);
+    return double(f) <= x ? f : std::nextafter(f, -std::numeric_limits<float>::infinity());
+}
+float rounded_up(double x) { return -rounded_down(-x); }
+
+Bounds polygon_bounds(const double* corners, const Polygon& polygon) {
+    Sample s[Polygon::capacity];
+    for (int i = 0; i < polygon.size; ++i) s[i] = sample(corners, polygon.vertex[i]);
+    if (polygon.size < 3) {  // cannot come from the clip, but a hull of less than a triangle is bounded just so
+        return bernstein_bounds(corners, s[0], s[polygon.size - 1], s[0]);
+    }
+    Bounds b = bernstein_bounds(corners, s[0], s[1], s[2]);
+    for (int i = 3; i < polygon.size; ++i) b.include(bernstein_bounds(corners, s[0], s[i - 1], s[i]));
+    return b;
+}
+
+/// Branch and bound in one cell: subdivides the polygons where a bound exceeds the attained extremes by more than
+/// the gap. Returns the cell's bounds, at least as tight as before.
+Bounds refine(const Surface& surface, const CellView& view, double least, double most) {
+    struct Piece {
+        Sample p, q, r;
+    };
+    std::vector<Piece> pieces;
+    Bounds result = nothing;
+    const auto place = [&](const Sample& p, const Sample& q, const Sample& r) {
+        const Bounds b = bernstein_bounds(view.value, p, q, r);
+        least = std::min(least, b.least);
+        most = std::max(most, b.most);
+        const bool open = b.upper > most + extreme_gap || b.lower < least - extreme_gap;
+        if (open && pieces.size() < max_pieces) pieces.push_back({p, q, r});
+        else result.include(b);
+        result.least = std::min(result.least, b.least);
+        result.most = std::max(result.most, b.most);
+    };
+    surface.for_polygons(view, [&](const Polygon& polygon) {
+        Sample s[Polygon::capacity];
+        for (int i = 0; i < polygon.size; ++i) s[i] = sample(view.value, polygon.vertex[i]);
+        for (int i = 2; i < polygon.size; ++i) place(s[0], s[i - 1], s[i]);
+    });
+    for (std::size_t done = 0; done < pieces.size(); ++done) {
+        const Piece t = pieces[done];
+        const Sample pq = sample(view.value, 0.5 * (t.p.at + t.q.at));
+        const Sample qr = sample(view.value, 0.5 * (t.q.at + t.r.at));
+        const Sample rp = sample(view.value, 0.5 * (t.r.at + t.p.at));
+        place(t.p, pq, rp);
+        place(pq, t.q, qr);
+        place(rp, qr, t.r);
+        place(pq, qr, rp);
+    }
+    return result;
+}
+
+/// Tightens the cells whose bounds exceed what is attained, the worst first.
+void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::vector<double>& upper, double& least,
+                      double& most, const Progress& progress) {
+    std::vector<std::pair<double, std::uint64_t>> open;
+    for (std::uint64_t c = 0; c < lower.size(); ++c) {
+        const double excess = std::max(upper[c] - most, least - lower[c]);
+        if (excess > extreme_gap) open.emplace_back(-excess, c);
+    }
+    std::sort(open.begin(), open.end());
+    Stage stage(progress, "extremes, refined", open.size());
+    std::vector<Bounds> refined(batch);
+    for (std::uint64_t begin = 0; begin < open.size(); begin += batch) {
+        const std::uint64_t count = std::min<std::uint64_t>(batch, open.size() - begin);
+        // The attained extremes are fixed during a batch: results do not depend on the threads.
+        parallel_for(count, 1, [&](std::uint64_t i) {
+            const std::uint64_t c = open[begin + i].second;
+            const bool still_open = upper[c] > most + extreme_gap || lower[c] < least - extreme_gap;
+            refined[i] = still_open ? refine(surface, surface.view(c), least, most) : nothing;
+        });
+        for (std::uint64_t i = 0; i < count; ++i) {
+            const std::uint64_t c = open[begin + i].second;
+            least = std::min(least, refined[i].least);
+            most = std::max(most, refined[i].most);
+            if (refined[i].lower > refined[i].upper) continue;  // skipped
+            lower[c] = std::max(lower[c], refined[i].lower);
+            upper[c] = std::min(upper[c], refined[i].upper);
+        }
+        stage.advance(count);
+    }
+}
+
+/// The paper's way: extremes attained at the candidate points of every polygon.
+void candidate_extremes(const Surface& surface, double& least, double& most, const Progress& progress) {
+    const std::uint64_t groups = surface.level().groups();
+    Stage stage(progress, "extremes", groups);
+    std::vector<Range> found(chunk_count(groups, group_grain), Range{infinity, -infinity, {}, {}});
+    for_chunks(groups, group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        for (std::uint64_t cell = surface.level().first[begin]; cell < surface.level().first[end]; ++cell) {
+            const CellView view = surface.view(cell);
+            surface.for_polygons(view, [&](const Polygon& polygon) {
+                const Range r = candidate_range(view.value, {polygon.vertex, std::size_t(polygon.size)});
+                found[chunk].min = std::min(found[chunk].min, r.min);
+                found[chunk].max = std::max(found[chunk].max, r.max);
+            });
+        }
+        stage.advance(end - begin);
+    });
+    least = infinity;
+    most = -infinity;
+    for (const Range& r : found) {
+        least = std::min(least, r.min);
+        most = std::max(most, r.max);
+    }
+}
+
+}  // namespace
+
+Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
+                       std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                       std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle,
+                       Extrema method, const Progress& progress) {
+    const Surface surface(lattice, octree, field, positions, triangles, offset, triangle);
+    const Level& level = surface.level();
+    std::vector<double> lower(surface.cells()), upper(surface.cells());
+
+    // One pass: the Bernstein hull of every cell, and the extremes attained at its samples.
+    struct Part {
+        double least = infinity, most = -infinity;
+        Steepness steepness;
+    };
+    std::vector<Part> parts(chunk_count(level.groups(), group_grain));
+    {
+        Stage stage(progress, "extremes", level.groups());
+        for_chunks(level.groups(), group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            Part& part = parts[chunk];
+            for (std::uint64_t group = begin; group < end; ++group) {
+                std::uint64_t cell = level.first[group];
+                for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
+                    const CellView view = surface.view(group, std::countr_zero(mask), cell);
+                    part.steepness.include(view.value);
+                    Bounds b = nothing;
+                    surface.for_polygons(
+                        view, [&](const Polygon& polygon) { b.include(polygon_bounds(view.value, polygon)); });
+                    // A cell that voxelisation took to be on the safe side may hold nothing of M.
+                    lower[cell] = b.lower;
+                    upper[cell] = b.upper;
+                    part.least = std::min(part.least, b.least);
+                    part.most = std::max(part.most, b.most);
+                }
+            }
+            stage.advance(end - begin);
+        });
+    }
+    double least = infinity, most = -infinity;
+    Steepness steepness;
+    for (const Part& part : parts) {
+        least = std::min(least, part.least);
+        most = std::max(most, part.most);
+        steepness.include(part.steepness);
+    }
+
+    Extremes result{.lower = infinity, .upper = -infinity, .rounding = 0, .cell_lower = {}, .cell_upper = {}};
+    result.rounding = rounding_error(steepness, surface.displacement());
+    if (method == Extrema::certified) {
+        branch_and_bound(surface, lower, upper, least, most, progress);
+        for (std::uint64_t c = 0; c < lower.size(); ++c) {
+            result.lower = std::min(result.lower, lower[c]);
+            result.upper = std::max(result.upper, upper[c]);
+        }
+    } else {
+        candidate_extremes(surface, result.lower, result.upper, progress);
+    }
+    result.lower -= result.rounding;
+    result.upper += result.rounding;
+
+    result.cell_lower.resize(lower.size());
+    result.cell_upper.resize(upper.size());
+    parallel_for(lower.size(), 16384, [&](std::uint64_t c) {
+        const bool empty = lower[c] > upper[c];
+        result.cell_lower[c] = empty ? 0.0f : rounded_down(lower[c] - result.rounding);
+        result.cell_upper[c] = empty ? 0.0f : rounded_up(upper[c] + result.rounding);
+    });
+    return result;
+}
+
+}  // namespace its

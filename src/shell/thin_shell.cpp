@@ -1,0 +1,71 @@
+#include <algorithm>
+#include <limits>
+#include <oneapi/tbb/parallel_sort.h>
+#include <utility>
+
+#include "base/parallel.h"
+#include "geometry/trilinear.h"
+#include "geometry/vec3.h"
+#include "shell/shell_data.h"
+
+namespace its {
+
+namespace {
+
+/// The nearest point of the root cube, in lattice coordinates.
+Vec3 clamped(const Vec3& u, double cells) {
+    return {std::clamp(u.x, 0.0, cells), std::clamp(u.y, 0.0, cells), std::clamp(u.z, 0.0, cells)};
+}
+
+Vec3 local(const TrilinearCell& cell, const Vec3& u) { return (1.0 / cell.width) * (u - cell.corner); }
+
+}  // namespace
+
+ThinShell::ThinShell(std::shared_ptr<const ShellData> data) : data_(std::move(data)) {}
+
+const ShellInfo& ThinShell::info() const { return data_->info; }
+const Mesh& ThinShell::mesh() const { return data_->mesh; }
+
+double ThinShell::value(const Vec3& point) const {
+    if (!finite(point)) return std::numeric_limits<double>::quiet_NaN();
+    const Vec3 u = data_->lattice.to_lattice(point);
+    const Vec3 in = clamped(u, data_->lattice.cells());
+    const TrilinearCell cell = locate(data_->octree, data_->field, in);
+    return data_->lattice.width * (trilinear(cell.value, local(cell, in)) + norm(u - in));
+}
+
+Vec3 ThinShell::gradient(const Vec3& point) const {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    if (!finite(point)) return {nan, nan, nan};
+    const Vec3 u = data_->lattice.to_lattice(point);
+    const Vec3 in = clamped(u, data_->lattice.cells());
+    const TrilinearCell cell = locate(data_->octree, data_->field, in);
+    Vec3 gradient;
+    trilinear_with_gradient(cell.value, local(cell, in), gradient);
+    gradient = (1.0 / cell.width) * gradient;
+    // Outside: f(clamp(u)) no longer changes along an axis that is clamped; the distance does.
+    const Vec3 away = u - in;
+    const double distance = norm(away);
+    if (distance == 0) return gradient;
+    for (int axis = 0; axis < 3; ++axis)
+        gradient[axis] = away[axis] == 0 ? gradient[axis] : away[axis] / distance;
+    return gradient;
+}
+
+std::uint64_t ThinShell::grid_points() const {
+    std::uint64_t total = 0;
+    for (const Level& level : data_->octree.levels) {
+        std::vector<std::uint64_t> points(group_points * level.groups());
+        parallel_for(level.groups(), 4096, [&](std::uint64_t group) {
+            const Cell at = morton_decode(level.parent[group]);
+            for (std::uint32_t p = 0; p < group_points; ++p)
+                points[group_points * group + p] =
+                    morton_encode({2 * at[0] + p % 3, 2 * at[1] + p / 3 % 3, 2 * at[2] + p / 9});
+        });
+        oneapi::tbb::parallel_sort(points.begin(), points.end());
+        total += std::uint64_t(std::unique(points.begin(), points.end()) - points.begin());
+    }
+    return total;
+}
+
+}  // namespace its
