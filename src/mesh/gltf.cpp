@@ -1,0 +1,364 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>  // tiny_gltf.h needs it
+#include <map>
+
+// Only the parser: no pictures, no files but through our callback, no globs of other libraries.
+#define TINYGLTF_IMPLEMENTATION
+#define TINYGLTF_NO_STB_IMAGE
+#define TINYGLTF_NO_STB_IMAGE_WRITE
+#define TINYGLTF_NO_EXTERNAL_IMAGE
+#define TINYGLTF_NO_FS
+#include <tiny_gltf.h>
+
+#include "geometry/vec3.h"
+#include "mesh/readers.h"
+
+namespace its {
+
+namespace {
+
+using tinygltf::Model;
+
+std::uint32_t little_endian_32(const char* bytes) {
+    std::array<unsigned char, 4> b;
+    std::memcpy(b.data(), bytes, 4);
+    return std::uint32_t{b[0]} | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 |
+           std::uint32_t{b[3]} << 24;
+}
+
+/// Checks the header and the lengths of the chunks, and returns the JSON part. \throws InputError
+std::string_view check_glb(std::string_view bytes) {
+    const auto bad = [](std::string_view what) {
+        throw InputError(fmt::format("not a usable GLB file: {}", what));
+    };
+    if (bytes.size() < 20) bad("its header has been cut");
+    if (little_endian_32(bytes.data() + 4) != 2) bad("only version 2 is read");
+    const std::uint64_t length = little_endian_32(bytes.data() + 8), json = little_endian_32(bytes.data() + 12);
+    if (length > bytes.size()) bad(fmt::format("it has {} of {} bytes: it has been cut", bytes.size(), length));
+    if (little_endian_32(bytes.data() + 16) != 0x4e4f534a) bad("the first chunk is not JSON");
+    if (json == 0 || 20 + json > length) bad("its JSON is longer than the file");
+    if (const std::uint64_t begin = 20 + json; begin < length) {
+        if (begin + 8 > length) bad("its second chunk has no header");
+        if (begin + 8 + little_endian_32(bytes.data() + begin) > length)
+            bad("its second chunk is longer than the file");
+    }
+    return bytes.substr(20, json);
+}
+
+/// Refuses JSON that would exhaust the stack or, at a few hundred bytes a value, the memory of its parser.
+void check_json(std::string_view json) {
+    constexpr int deepest = 100;
+    int depth = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        const char c = json[i];
+        if (in_string) {
+            i += c == '\\';
+            in_string = c != '"';
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '[' || c == '{') {
+            if (++depth > deepest) throw InputError("its JSON is nested more than 100 levels deep");
+        } else if (c == ']' || c == '}') {
+            --depth;
+        }
+    }
+}
+
+/// What tinygltf may load: plain paths at or below the file's own folder.
+bool read_sibling(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user) {
+    const LoadSibling& load = *static_cast<const LoadSibling*>(user);
+    const std::filesystem::path relative(path);
+    bool plain = !path.empty() && relative.is_relative();
+    for (const auto& part : relative) plain = plain && part != "..";
+    try {
+        if (!load || !plain)
+            throw FileError(fmt::format("file '{}' is not at or below the folder of the model", path));
+        const std::string data = load(path);
+        out->assign(data.begin(), data.end());
+        return true;
+    } catch (const FileError& failure) {
+        if (error) *error += failure.what();
+        return false;
+    }
+}
+
+Model load_model(std::string_view bytes, const LoadSibling& load) {
+    const bool binary = bytes.starts_with("glTF");
+    check_json(binary ? check_glb(bytes) : bytes);
+    if (bytes.size() > 0xffffffff) throw InputError("glTF files beyond 4 GiB are not read");
+    tinygltf::TinyGLTF loader;
+    const auto no_image = [](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
+                             int, void*) { return true; };
+    loader.SetImageLoader(no_image, nullptr);
+    LoadSibling callback = load;
+    loader.SetFsCallbacks(
+        {[](const std::string&, void*) { return true; }, [](const std::string& path, void*) { return path; },
+         read_sibling,
+         [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; },
+         &callback});
+    Model model;
+    std::string error, warning;
+    bool good = false;
+    try {
+        const auto size = static_cast<unsigned>(bytes.size());
+        good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                                    reinterpret_cast<const unsigned char*>(bytes.data()), size)
+                      : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, "");
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& failure) {  // of the JSON library: a value of an unexpected type
+        error = failure.what();
+    }
+    if (!good) {
+        for (char& c : error) c = c == '\n' || c == '\r' ? ' ' : c;
+        throw InputError(fmt::format("not a usable glTF file: {}", error.empty() ? "malformed" : error));
+    }
+    for (const std::string& extension : model.extensionsRequired) {
+        if (extension == "KHR_draco_mesh_compression" || extension == "EXT_meshopt_compression") {
+            throw InputError(
+                fmt::format("it needs the extension {}, which is not read; write it uncompressed", extension));
+        }
+    }
+    return model;
+}
+
+template <class T>
+T load_number(const unsigned char* at) {
+    T value;
+    std::memcpy(&value, at, sizeof(T));  // glTF is little-endian, as are all machines that we build for
+    return value;
+}
+static_assert(std::endian::native == std::endian::little);
+
+/// An accessor whose bytes are known to be there.
+struct View {
+    const unsigned char* data = nullptr;
+    std::size_t count = 0, stride = 0;
+    int component = 0;
+    bool normalized = false;
+
+    std::size_t component_size() const {
+        return std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(component)));
+    }
+
+    /// Component k of element i; fixed-point ones as in the glTF specification, 3.6.2.2.
+    double value(std::size_t i, std::size_t k) const {
+        const unsigned char* const at = data + i * stride + k * component_size();
+        const auto scaled = [&](double v, double largest) {
+            return normalized ? std::max(v / largest, -1.0) : v;
+        };
+        switch (component) {
+            case TINYGLTF_COMPONENT_TYPE_BYTE:
+                return scaled(load_number<std::int8_t>(at), 127);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+                return scaled(load_number<std::uint8_t>(at), 255);
+            case TINYGLTF_COMPONENT_TYPE_SHORT:
+                return scaled(load_number<std::int16_t>(at), 32767);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+                return scaled(load_number<std::uint16_t>(at), 65535);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+                return load_number<std::uint32_t>(at);
+            default:
+                return double{load_number<float>(at)};
+        }
+    }
+};
+
+/// \throws InputError unless accessor `index` has this type and lies within its buffer.
+View view_of(const Model& model, int index, int type) {
+    const auto bad = [&](std::string_view what) {
+        throw InputError(fmt::format("glTF accessor {}: {}", index, what));
+    };
+    if (index < 0 || std::size_t(index) >= model.accessors.size()) bad("there is none");
+    const tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
+    if (accessor.type != type) bad("it has the wrong type");
+    if (accessor.sparse.isSparse) bad("sparse accessors are not read");
+    if (accessor.bufferView < 0 || std::size_t(accessor.bufferView) >= model.bufferViews.size())
+        bad("it has no data");
+    const tinygltf::BufferView& part = model.bufferViews[std::size_t(accessor.bufferView)];
+    if (part.buffer < 0 || std::size_t(part.buffer) >= model.buffers.size()) bad("it has no buffer");
+    const std::vector<unsigned char>& bytes = model.buffers[std::size_t(part.buffer)].data;
+
+    View view;
+    view.component = accessor.componentType;
+    view.normalized = accessor.normalized;
+    view.count = accessor.count;
+    const int known = tinygltf::GetComponentSizeInBytes(std::uint32_t(accessor.componentType));
+    if (known <= 0 || known > 4 || accessor.componentType == TINYGLTF_COMPONENT_TYPE_INT)
+        bad("unknown kind of number");
+    const std::size_t size = std::size_t(known) * (type == TINYGLTF_TYPE_VEC3 ? 3 : 1);
+    view.stride = part.byteStride != 0 ? part.byteStride : size;
+    if (part.byteOffset > bytes.size() || part.byteLength > bytes.size() - part.byteOffset ||
+        accessor.byteOffset > part.byteLength) {
+        bad("it lies outside of its buffer");
+    }
+    const std::size_t room = part.byteLength - accessor.byteOffset;
+    if (view.count > 0 && (room < size || view.count - 1 > (room - size) / view.stride)) {
+        bad("it lies outside of its buffer");
+    }
+    view.data = bytes.data() + part.byteOffset + accessor.byteOffset;
+    return view;
+}
+
+/// An affine map: columns of the linear part, and the shift.
+struct Affine {
+    Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, shift;
+
+    Vec3 linear(const Vec3& p) const { return p.x * x + p.y * y + p.z * z; }
+    Vec3 operator()(const Vec3& p) const { return linear(p) + shift; }
+    Affine operator*(const Affine& inner) const {
+        return {linear(inner.x), linear(inner.y), linear(inner.z), (*this)(inner.shift)};
+    }
+    double determinant() const { return dot(x, cross(y, z)); }
+};
+
+/// A node's own transform: its matrix (column-major), or translation · rotation · scale.
+Affine transform_of(const tinygltf::Node& node) {
+    Affine map;
+    if (const auto& m = node.matrix; m.size() == 16) {
+        return {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}, {m[12], m[13], m[14]}};
+    }
+    if (const auto& q = node.rotation; q.size() == 4) {
+        const double x = q[0], y = q[1], z = q[2], w = q[3];
+        map.x = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)};
+        map.y = {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)};
+        map.z = {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)};
+    }
+    if (const auto& s = node.scale; s.size() == 3) {
+        map.x = s[0] * map.x, map.y = s[1] * map.y, map.z = s[2] * map.z;
+    }
+    if (const auto& t = node.translation; t.size() == 3) map.shift = {t[0], t[1], t[2]};
+    return map;
+}
+
+class SceneReader {
+public:
+    SceneReader(const Model& model, MeshBuilder& mesh)
+        : model_(model), mesh_(mesh), seen_(model.nodes.size()) {}
+
+    void read() {
+        if (model_.nodes.empty()) {  // no scene: the meshes as they are
+            for (std::size_t i = 0; i < model_.meshes.size(); ++i) add_mesh(int(i), Affine{});
+        } else {
+            for (const int root : roots()) read_tree(root);
+        }
+        if (skipped_ > 0) mesh_.warn(fmt::format("{} primitive(s) of points or lines not read", skipped_));
+        if (skinned_) mesh_.warn("skins and morph targets are not applied");
+    }
+
+private:
+    /// The nodes of the default scene, or of the first, or all that are nobody's child.
+    std::vector<int> roots() const {
+        if (!model_.scenes.empty()) {
+            const auto chosen = std::size_t(std::max(model_.defaultScene, 0));
+            if (chosen >= model_.scenes.size()) throw InputError("the glTF default scene does not exist");
+            return model_.scenes[chosen].nodes;
+        }
+        std::vector<bool> is_child(model_.nodes.size());
+        for (const auto& node : model_.nodes) {
+            for (const int child : node.children) {
+                if (child >= 0 && std::size_t(child) < is_child.size()) is_child[std::size_t(child)] = true;
+            }
+        }
+        std::vector<int> found;
+        for (std::size_t i = 0; i < is_child.size(); ++i) {
+            if (!is_child[i]) found.push_back(int(i));
+        }
+        return found;
+    }
+
+    void read_tree(int root) {
+        std::vector<std::pair<int, Affine>> pending = {{root, Affine{}}};
+        while (!pending.empty()) {
+            const auto [index, outer] = pending.back();
+            pending.pop_back();
+            if (index < 0 || std::size_t(index) >= model_.nodes.size())
+                throw InputError("a glTF node does not exist");
+            if (seen_[std::size_t(index)])
+                throw InputError(fmt::format("the glTF node {} has two parents", index));
+            seen_[std::size_t(index)] = true;
+            const tinygltf::Node& node = model_.nodes[std::size_t(index)];
+            const Affine map = outer * transform_of(node);
+            skinned_ = skinned_ || node.skin >= 0;
+            if (node.mesh >= 0) add_mesh(node.mesh, map);
+            for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
+                pending.emplace_back(*child, map);
+            }
+        }
+    }
+
+    void add_mesh(int index, const Affine& map) {
+        if (std::size_t(index) >= model_.meshes.size()) throw InputError("a glTF mesh does not exist");
+        std::map<int, std::int64_t> first_vertex;  // of the accessors of this mesh; primitives may share them
+        for (const auto& primitive : model_.meshes[std::size_t(index)].primitives) {
+            const int mode = primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+            if (mode < TINYGLTF_MODE_TRIANGLES || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+                ++skipped_;
+                continue;
+            }
+            skinned_ = skinned_ || !primitive.targets.empty();
+            const auto position = primitive.attributes.find("POSITION");
+            if (position == primitive.attributes.end()) continue;  // nothing to draw, says the specification
+            const View points = view_of(model_, position->second, TINYGLTF_TYPE_VEC3);
+            const auto [first, added] = first_vertex.try_emplace(position->second, mesh_.vertex_count());
+            if (added) add_vertices(points, map);
+            add_primitive(primitive, mode, points.count, first->second, map.determinant() < 0);
+        }
+    }
+
+    void add_vertices(const View& points, const Affine& map) {
+        mesh_.charge_instance(points.count);
+        for (std::size_t i = 0; i < points.count; ++i) {
+            mesh_.add_vertex(map({points.value(i, 0), points.value(i, 1), points.value(i, 2)}));
+        }
+    }
+
+    void add_primitive(const tinygltf::Primitive& primitive, int mode, std::size_t points, std::int64_t first,
+                       bool mirrored) {
+        View indices;
+        indices.count = points;
+        if (primitive.indices >= 0) {
+            indices = view_of(model_, primitive.indices, TINYGLTF_TYPE_SCALAR);
+            if (indices.component == TINYGLTF_COMPONENT_TYPE_FLOAT)
+                throw InputError("glTF indices must be whole numbers");
+            indices.normalized = false;
+        }
+        const auto vertex = [&](std::size_t i) {
+            const std::int64_t v = indices.data ? std::int64_t(indices.value(i, 0)) : std::int64_t(i);
+            return v >= 0 && std::size_t(v) < points ? first + v : -1;
+        };
+        const std::size_t step = mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1;
+        mesh_.charge_instance(indices.count / step);
+        for (std::size_t i = 2; i < indices.count; i += step) {
+            const bool odd = mode == TINYGLTF_MODE_TRIANGLE_STRIP && i % 2 == 1;
+            const std::int64_t a = vertex(mode == TINYGLTF_MODE_TRIANGLE_FAN ? 0 : i - 2), b = vertex(i - 1),
+                               c = vertex(i);
+            // In strips, a triangle with a repeated index only steers.
+            if (step == 1 && (a == b || b == c || c == a) && a >= 0 && b >= 0 && c >= 0) continue;
+            odd != mirrored ? mesh_.add_triangle(b, a, c) : mesh_.add_triangle(a, b, c);
+        }
+    }
+
+    const Model& model_;
+    MeshBuilder& mesh_;
+    std::vector<bool> seen_;
+    std::uint64_t skipped_ = 0;
+    bool skinned_ = false;
+};
+
+}  // namespace
+
+MeshFile parse_gltf(std::string_view bytes, const LoadSibling& load) {
+    const Model model = load_model(bytes, load);
+    MeshBuilder mesh(bytes.size());
+    SceneReader(model, mesh).read();
+    return mesh.finish(bytes.starts_with("glTF") ? "glb" : "gltf");
+}
+
+}  // namespace its

@@ -1,0 +1,342 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "mesh/readers.h"
+#include "mesh/text.h"
+
+namespace its {
+
+namespace {
+
+enum class Scalar : std::uint8_t { none, int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+struct Property {
+    std::string_view name;
+    Scalar type = Scalar::none;
+    Scalar count_type = Scalar::none;  ///< of a list's length; none if it is no list
+};
+
+struct Element {
+    std::string_view name;
+    std::uint64_t count = 0;
+    std::vector<Property> properties;
+};
+
+enum class Format : std::uint8_t { ascii, little, big };
+
+struct Header {
+    Format format = Format::ascii;
+    std::vector<Element> elements;
+};
+
+/// The data end before what the header promises.
+struct Cut {};
+
+std::size_t size_of(Scalar type) {
+    constexpr std::array<std::size_t, 9> sizes = {0, 1, 1, 2, 2, 4, 4, 4, 8};
+    return sizes[std::size_t(type)];
+}
+
+Scalar scalar_of(std::string_view name, const Text& text) {
+    constexpr std::pair<std::string_view, Scalar> names[] = {
+        {"char", Scalar::int8},      {"int8", Scalar::int8},       {"uchar", Scalar::uint8},
+        {"uint8", Scalar::uint8},    {"short", Scalar::int16},     {"int16", Scalar::int16},
+        {"ushort", Scalar::uint16},  {"uint16", Scalar::uint16},   {"int", Scalar::int32},
+        {"int32", Scalar::int32},    {"uint", Scalar::uint32},     {"uint32", Scalar::uint32},
+        {"float", Scalar::float32},  {"float32", Scalar::float32}, {"double", Scalar::float64},
+        {"float64", Scalar::float64}};
+    for (const auto& [known, type] : names) {
+        if (known == name) return type;
+    }
+    throw InputError(fmt::format("line {}: unknown type of a PLY property", text.line_number() - 1));
+}
+
+std::string_view next_word(Text& line) {
+    line.skip_blanks();
+    return line.word();
+}
+
+void read_property(Text& line, const Text& text, Header& header) {
+    if (header.elements.empty()) throw InputError("a PLY property before the first element");
+    Property property;
+    std::string_view word = next_word(line);
+    if (word == "list") {
+        property.count_type = scalar_of(next_word(line), text);
+        word = next_word(line);
+    }
+    property.type = scalar_of(word, text);
+    property.name = next_word(line);
+    header.elements.back().properties.push_back(property);
+}
+
+/// Reads up to and including the line end_header.
+Header read_header(Text& text) {
+    Header header;
+    text.line();  // "ply"
+    bool format_known = false;
+    for (;;) {
+        if (text.at_end()) throw InputError("the PLY header has no end: the file has been cut");
+        Text line(text.line());
+        const std::string_view keyword = next_word(line);
+        if (keyword == "end_header") break;
+        if (keyword == "format") {
+            const std::string_view name = next_word(line);
+            if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian") {
+                throw InputError(
+                    "unknown PLY format: must be ascii, binary_little_endian or binary_big_endian");
+            }
+            header.format = name == "ascii"               ? Format::ascii
+                            : name == "binary_big_endian" ? Format::big
+                                                          : Format::little;
+            format_known = true;
+        } else if (keyword == "element") {
+            Element element;
+            element.name = next_word(line);
+            line.skip_blanks();
+            const auto count = line.integer();
+            if (!count || *count < 0) {
+                throw InputError(
+                    fmt::format("line {}: the number of elements is missing", text.line_number() - 1));
+            }
+            element.count = std::uint64_t(*count);
+            header.elements.push_back(std::move(element));
+        } else if (keyword == "property") {
+            read_property(line, text, header);
+        }  // comment, obj_info, and what nobody knows
+    }
+    if (!format_known) throw InputError("the PLY header has no line 'format'");
+    return header;
+}
+
+class AsciiData {
+public:
+    explicit AsciiData(Text& text) : text_(text) {}
+    /// \throws Cut, InputError
+    double next(Scalar) {
+        text_.skip_space();
+        if (text_.at_end()) throw Cut{};
+        if (const auto value = text_.number()) return *value;
+        throw InputError(fmt::format("line {}: a number is expected", text_.line_number()));
+    }
+    void skip(Scalar type, std::uint64_t count) {
+        while (count-- > 0) next(type);
+    }
+    std::size_t bytes_left() const { return text_.bytes_left(); }
+    static std::size_t bytes_of(Scalar) { return 2; }
+
+private:
+    Text& text_;
+};
+
+class BinaryData {
+public:
+    BinaryData(std::string_view bytes, bool little)
+        : at_(bytes.data()),
+          end_(at_ + bytes.size()),
+          swap_(little != (std::endian::native == std::endian::little)) {}
+    /// \throws Cut
+    double next(Scalar type) {
+        switch (type) {
+            case Scalar::int8:
+                return number<std::int8_t>();
+            case Scalar::uint8:
+                return number<std::uint8_t>();
+            case Scalar::int16:
+                return number<std::int16_t>();
+            case Scalar::uint16:
+                return number<std::uint16_t>();
+            case Scalar::int32:
+                return number<std::int32_t>();
+            case Scalar::uint32:
+                return number<std::uint32_t>();
+            case Scalar::float32:
+                return double{number<float>()};
+            case Scalar::float64:
+                return number<double>();
+            case Scalar::none:
+                break;
+        }
+        throw Cut{};
+    }
+    void skip(Scalar type, std::uint64_t count) {
+        if (count > bytes_left() / size_of(type)) throw Cut{};
+        at_ += count * size_of(type);
+    }
+    std::size_t bytes_left() const { return std::size_t(end_ - at_); }
+    static std::size_t bytes_of(Scalar type) { return size_of(type); }
+
+private:
+    template <class T>
+    T number() {
+        if (bytes_left() < sizeof(T)) throw Cut{};
+        std::array<char, sizeof(T)> raw;
+        std::memcpy(raw.data(), at_, sizeof(T));
+        at_ += sizeof(T);
+        if (swap_) std::reverse(raw.begin(), raw.end());
+        return std::bit_cast<T>(raw);
+    }
+
+    const char* at_;
+    const char* end_;
+    bool swap_;
+};
+
+/// An index from a file: whole numbers only; −1 for what cannot be one.
+std::int64_t index_of(double value) {
+    return value >= 0 && value < 0x1p32 && value == std::floor(value) ? std::int64_t(value) : -1;
+}
+
+template <class Data>
+std::uint64_t list_length(Data& data, const Property& list) {
+    const double length = data.next(list.count_type);
+    if (!(length >= 0 && length < 0x1p53 && length == std::floor(length))) {
+        throw InputError(fmt::format("a PLY list of length {}: the file is damaged", length));
+    }
+    return std::uint64_t(length);
+}
+
+template <class Data>
+void skip_property(Data& data, const Property& property) {
+    data.skip(property.type, property.count_type == Scalar::none ? 1 : list_length(data, property));
+}
+
+/// Bytes that an element takes at least.
+template <class Data>
+std::size_t least_bytes(const Element& element) {
+    std::size_t sum = 0;
+    for (const Property& p : element.properties) {
+        sum += Data::bytes_of(p.count_type == Scalar::none ? p.type : p.count_type);
+    }
+    return std::max<std::size_t>(sum, 1);
+}
+
+template <class Data>
+void read_vertices(Data& data, const Element& element, MeshBuilder& mesh, std::uint64_t& done) {
+    std::vector<int> axis_of;
+    int axes = 0;
+    for (const Property& p : element.properties) {
+        const bool coordinate =
+            p.count_type == Scalar::none && p.name.size() == 1 && p.name >= "x" && p.name <= "z";
+        axis_of.push_back(coordinate ? p.name[0] - 'x' : -1);
+        if (coordinate) axes |= 1 << (p.name[0] - 'x');
+    }
+    if (axes != 7) throw InputError("the PLY vertices have no x, y and z");
+    mesh.reserve_vertices(element.count, data.bytes_left(), least_bytes<Data>(element));
+    for (; done < element.count; ++done) {
+        Vec3 position;
+        for (std::size_t i = 0; i < axis_of.size(); ++i) {
+            if (axis_of[i] >= 0) {
+                position[axis_of[i]] = data.next(element.properties[i].type);
+            } else {
+                skip_property(data, element.properties[i]);
+            }
+        }
+        mesh.add_vertex(position);
+    }
+}
+
+/// Which property holds the vertices of a face or strip.
+std::size_t index_property(const Element& element) {
+    for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        const Property& p = element.properties[i];
+        if (p.count_type != Scalar::none && (p.name == "vertex_indices" || p.name == "vertex_index")) return i;
+    }
+    throw InputError(fmt::format("the PLY element '{}' has no list vertex_indices", element.name));
+}
+
+template <class Data>
+void read_faces(Data& data, const Element& element, MeshBuilder& mesh, std::uint64_t& done) {
+    const std::size_t indices = index_property(element);
+    mesh.reserve_triangles(element.count, data.bytes_left(), least_bytes<Data>(element) + 3);
+    for (; done < element.count; ++done) {
+        for (std::size_t i = 0; i < element.properties.size(); ++i) {
+            const Property& p = element.properties[i];
+            if (i != indices) {
+                skip_property(data, p);
+                continue;
+            }
+            for (std::uint64_t left = list_length(data, p); left > 0; --left) {
+                mesh.add_corner(index_of(data.next(p.type)));
+            }
+        }
+        mesh.end_face();
+    }
+}
+
+/// Strips of triangles, separated by −1. A triangle with a repeated index only steers the strip.
+template <class Data>
+void read_strips(Data& data, const Element& element, MeshBuilder& mesh, std::uint64_t& done) {
+    const std::size_t indices = index_property(element);
+    for (; done < element.count; ++done) {
+        for (std::size_t i = 0; i < element.properties.size(); ++i) {
+            const Property& p = element.properties[i];
+            if (i != indices) {
+                skip_property(data, p);
+                continue;
+            }
+            StripReader strip(mesh);
+            for (std::uint64_t left = list_length(data, p); left > 0; --left) {
+                const double value = data.next(p.type);
+                if (value == -1) {
+                    strip.restart();
+                } else {
+                    strip.add(index_of(value));
+                }
+            }
+        }
+    }
+}
+
+template <class Data>
+void read_body(Data& data, const Header& header, MeshBuilder& mesh) {
+    bool any_faces = false;
+    for (const Element& element : header.elements) {
+        if (element.properties.empty()) continue;  // takes no bytes, however many there are
+        std::uint64_t done = 0;
+        try {
+            if (element.name == "vertex") {
+                read_vertices(data, element, mesh, done);
+            } else if (element.name == "face") {
+                any_faces = true;
+                read_faces(data, element, mesh, done);
+            } else if (element.name == "tristrips") {
+                any_faces = true;
+                read_strips(data, element, mesh, done);
+            } else {
+                for (; done < element.count; ++done) {
+                    for (const Property& p : element.properties) skip_property(data, p);
+                }
+            }
+        } catch (const Cut&) {
+            mesh.drop_face();
+            mesh.warn(fmt::format("the file ends in element '{}' number {} of {}: it has been cut",
+                                  element.name, done + 1, element.count));
+            return;
+        }
+    }
+    if (!any_faces) throw InputError("it holds no faces: a cloud of points");
+}
+
+}  // namespace
+
+MeshFile parse_ply(std::string_view bytes) {
+    MeshBuilder mesh(bytes.size());
+    Text text(bytes);
+    const Header header = read_header(text);
+    if (header.format == Format::ascii) {
+        AsciiData data(text);
+        read_body(data, header, mesh);
+        return mesh.finish("ply-ascii");
+    }
+    BinaryData data(text.rest(), header.format == Format::little);
+    read_body(data, header, mesh);
+    return mesh.finish(header.format == Format::little ? "ply-binary-le" : "ply-binary-be");
+}
+
+}  // namespace its
