@@ -7,3 +7,6 @@ find_library(ITS_LIB3MF_LIBRARY NAMES 3MF REQUIRED)
 find_package(nlohmann_json REQUIRED)
 target_include_directories(its SYSTEM PRIVATE ${ITS_TINYGLTF_INCLUDE} ${ITS_LIB3MF_INCLUDE})
 target_link_libraries(its PRIVATE nlohmann_json::nlohmann_json ${ITS_LIB3MF_LIBRARY})
+# Boost.Multiprecision (headers): the predicates' fallback for coordinates outside the range of expansions.
+find_package(Boost 1.74 REQUIRED)
+target_link_libraries(its PRIVATE Boost::headers)

@@ -18,20 +18,21 @@ constexpr std::uint64_t grain = 4096;
 
 double reciprocal(double x) { return x > 0 ? 1.0 / x : 0.0; }
 
-TriangleTree::Record make_record(const Vec3& a, const Vec3& b, const Vec3& c) {
+void set_lane(TriangleTree::Block& t, std::uint64_t lane, const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 ab = b - a, ac = c - a, bc = c - b;
-    TriangleTree::Record t{.a = {a.x, a.y, a.z},
-                           .ab = {ab.x, ab.y, ab.z},
-                           .ac = {ac.x, ac.y, ac.z},
-                           .ab_ab = dot(ab, ab),
-                           .ab_ac = dot(ab, ac),
-                           .ac_ac = dot(ac, ac),
-                           .inverse_determinant = 0,
-                           .inverse_ab = reciprocal(dot(ab, ab)),
-                           .inverse_ac = reciprocal(dot(ac, ac)),
-                           .inverse_bc = reciprocal(dot(bc, bc))};
-    t.inverse_determinant = reciprocal(t.ab_ab * t.ac_ac - t.ab_ac * t.ab_ac);
-    return t;
+    for (int axis = 0; axis < 3; ++axis) {
+        t.a[axis][lane] = a[axis];
+        t.ab[axis][lane] = ab[axis];
+        t.ac[axis][lane] = ac[axis];
+    }
+    const double ab_ab = dot(ab, ab), ab_ac = dot(ab, ac), ac_ac = dot(ac, ac);
+    t.ab_ab[lane] = ab_ab;
+    t.ab_ac[lane] = ab_ac;
+    t.ac_ac[lane] = ac_ac;
+    t.inverse_determinant[lane] = reciprocal(ab_ab * ac_ac - ab_ac * ab_ac);
+    t.inverse_ab[lane] = reciprocal(ab_ab);
+    t.inverse_ac[lane] = reciprocal(ac_ac);
+    t.inverse_bc[lane] = reciprocal(dot(bc, bc));
 }
 
 /// Triangle indices sorted by the Morton code of their centroids on a grid of 2²¹ cells a side.
@@ -66,13 +67,14 @@ TriangleTree make_triangle_tree(std::span<const Vec3> positions, std::span<const
     TriangleTree tree;
     tree.source = morton_order(positions, triangles, size);
     const std::uint64_t count = triangles.size();
-    tree.record.resize(count);
-    parallel_for(count, grain, [&](std::uint64_t i) {
-        const Triangle& t = triangles[tree.source[i]];
-        tree.record[i] = make_record(positions[t[0]], positions[t[1]], positions[t[2]]);
+    tree.block.resize((count + TriangleTree::arity - 1) / TriangleTree::arity);
+    parallel_for(tree.block.size() * TriangleTree::arity, grain, [&](std::uint64_t i) {
+        const Triangle& t = triangles[tree.source[std::min(i, count - 1)]];
+        set_lane(tree.block[i / TriangleTree::arity], i % TriangleTree::arity, positions[t[0]], positions[t[1]],
+                 positions[t[2]]);
     });
 
-    const double widening = 32 * unit_roundoff * size;
+    const double widening = TriangleTree::widening * unit_roundoff * size;
     for (std::uint64_t span = 1;; span *= TriangleTree::arity) {
         const std::uint64_t nodes = (count + span - 1) / span;
         TriangleTree::Spheres& s = tree.levels.emplace_back();

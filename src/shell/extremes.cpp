@@ -10,7 +10,6 @@
 #include "base/simd.h"
 #include "geometry/bernstein.h"
 #include "geometry/clip.h"
-#include "shell/candidates.h"
 
 namespace its {
 
@@ -196,30 +195,6 @@ void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::v
     }
 }
 
-/// The paper's way: extremes attained at the candidate points of every polygon.
-void candidate_extremes(const Surface& surface, double& least, double& most, const Progress& progress) {
-    const std::uint64_t groups = surface.level().groups();
-    Stage stage(progress, "extremes", groups);
-    std::vector<Range> found(chunk_count(groups, group_grain), Range{infinity, -infinity, {}, {}});
-    for_chunks(groups, group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        for (std::uint64_t cell = surface.level().first[begin]; cell < surface.level().first[end]; ++cell) {
-            const CellView view = surface.view(cell);
-            surface.for_polygons(view, [&](const Polygon& polygon) {
-                const Range r = candidate_range(view.value, {polygon.vertex, std::size_t(polygon.size)});
-                found[chunk].min = std::min(found[chunk].min, r.min);
-                found[chunk].max = std::max(found[chunk].max, r.max);
-            });
-        }
-        stage.advance(end - begin);
-    });
-    least = infinity;
-    most = -infinity;
-    for (const Range& r : found) {
-        least = std::min(least, r.min);
-        most = std::max(most, r.max);
-    }
-}
-
 }  // namespace
 
 Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
@@ -275,7 +250,7 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
             result.upper = std::max(result.upper, upper[c]);
         }
     } else {
-        candidate_extremes(surface, result.lower, result.upper, progress);
+        result.lower = least, result.upper = most;
     }
     result.lower -= result.rounding;
     result.upper += result.rounding;
