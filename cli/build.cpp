@@ -90,10 +90,9 @@ Run add_build(CLI::App& app) {
     app.add_option("-o,--output", options->output, "File to write")->required()->type_name("SHELL.its");
     app.add_option_function<std::string>(
            "--depth", [options](const std::string& text) { options->build.depth = parse_depth(text); },
-           fmt::format(
-               "Finest cells are the longest side / 2^K wide, K from 0 to {}; auto (default): about four "
-               "triangles in a cell, within the memory",
-               max_depth))
+           fmt::format("Finest cells are the longest side / 2^K wide, K from 0 to {};\n"
+                       "auto (default): about four triangles in a cell, within the memory",
+                       max_depth))
         ->type_name("K|auto");
     add_choice<std::optional<SignRule>>(app, "--sign",
                                         {{"auto", std::nullopt},
@@ -112,9 +111,8 @@ Run add_build(CLI::App& app) {
     app.add_option_function<std::string>(
            "--max-memory",
            [options](const std::string& text) { options->build.max_memory = parse_size("--max-memory", text); },
-           "Refuse, or with --depth auto go less deep, rather than take more: bytes, or with K, M, G, T in "
-           "powers "
-           "of 1000; default: three quarters of what is free")
+           "Refuse to take more: bytes, or with K, M, G, T (powers of 1000);\n"
+           "default: three quarters of what is free; --depth auto stays within it")
         ->type_name("SIZE");
     options->common.declare(app, "its build model.stl -o model.its --depth 8");
     return [options] { return run(*options); };

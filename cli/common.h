@@ -48,9 +48,12 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<
     std::string names;
     for (const auto& choice : choices) names += (names.empty() ? "" : ", ") + choice.first;
     const auto choose = [option, choices, names, &value](const std::string& text) {
-        const auto found = choices.find(CLI::detail::to_lower(text));
-        if (found == choices.end()) throw CLI::ValidationError(option, "'" + text + "' is none of " + names);
-        value = found->second;
+        for (const auto& choice : choices) {
+            if (choice.first != CLI::detail::to_lower(text)) continue;
+            value = choice.second;
+            return;
+        }
+        throw CLI::ValidationError(option, "'" + text + "' is none of " + names);
     };
     return app.add_option_function<std::string>(option, choose, description + ": " + names);
 }

@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 #else
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 #endif
@@ -70,10 +71,12 @@ void run_chunks(std::uint64_t chunks, const F& run) {
 }
 }  // namespace detail
 
-/// Runs fn with at most `threads` threads (0: all of the machine).
+/// Runs fn with at most `threads` threads (0: all of the machine), and never more than the machine has: TBB
+/// would print a warning.
 template <class F>
 auto with_threads(int threads, F&& fn) {
-    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+    const int all = oneapi::tbb::info::default_concurrency();
+    oneapi::tbb::task_arena arena(threads > 0 ? std::min(threads, all) : all);
     return arena.execute(std::forward<F>(fn));
 }
 #endif
