@@ -20,6 +20,9 @@ if(ITS_SANITIZE)
     -fsanitize=${ITS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   target_link_options(its_compile INTERFACE -fsanitize=${ITS_SANITIZE})
   target_compile_definitions(its_compile INTERFACE ITS_SANITIZED)
+  if(ITS_SANITIZE MATCHES thread)
+    target_compile_definitions(its_compile INTERFACE ITS_SANITIZE_THREAD)  # see src/base/parallel.h
+  endif()
 endif()
 
 find_program(ITS_CCACHE ccache)

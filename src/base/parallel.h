@@ -5,23 +5,81 @@
 #include <chrono>
 #include <cstdint>
 #include <mutex>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 #include <string_view>
 #include <utility>
 
 #include "its/base.h"
 
+#ifdef ITS_SANITIZE_THREAD
+#include <exception>
+#include <thread>
+#include <vector>
+#else
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+#endif
+
 /// The one parallel layer. Every loop is cut into chunks whose bounds depend on the count alone, never on the
 /// number of threads: what a chunk computes, and the order of chunks, are the same for any number.
 namespace its {
 
-/// Runs fn with at most `threads` threads (0: all of the machine).
+#ifdef ITS_SANITIZE_THREAD
+// ThreadSanitizer cannot see how Debian's TBB synchronises and would call every loop a race. Under it the same
+// chunks run on plain threads, which it understands: it checks our loops, and TBB is trusted.
+namespace detail {
+inline thread_local int thread_limit = 4;
+
+template <class F>
+void run_chunks(std::uint64_t chunks, const F& run) {
+    std::atomic<std::uint64_t> next = 0;
+    std::exception_ptr error;
+    std::mutex mutex;
+    const auto work = [&](int limit) {
+        thread_limit = limit;  // loops within a chunk
+        try {
+            for (std::uint64_t chunk = next++; chunk < chunks; chunk = next++) run(chunk);
+        } catch (...) {
+            const std::lock_guard lock(mutex);
+            if (!error) error = std::current_exception();
+            next = chunks;
+        }
+    };
+    std::vector<std::thread> threads;
+    for (int i = 1; i < thread_limit; ++i) threads.emplace_back(work, 1);
+    work(thread_limit);
+    for (std::thread& thread : threads) thread.join();
+    if (error) std::rethrow_exception(error);
+}
+}  // namespace detail
+
+/// Runs fn with at most `threads` threads (0: four).
 template <class F>
 auto with_threads(int threads, F&& fn) {
-    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+    struct Restore {
+        int limit = detail::thread_limit;
+        ~Restore() { detail::thread_limit = limit; }
+    } restore;
+    detail::thread_limit = threads > 0 ? threads : 4;
+    return std::forward<F>(fn)();
+}
+#else
+namespace detail {
+template <class F>
+void run_chunks(std::uint64_t chunks, const F& run) {
+    oneapi::tbb::parallel_for(std::uint64_t{0}, chunks, run);
+}
+}  // namespace detail
+
+/// Runs fn with at most `threads` threads (0: all of the machine), and never more than the machine has: TBB
+/// would print a warning.
+template <class F>
+auto with_threads(int threads, F&& fn) {
+    const int all = oneapi::tbb::info::default_concurrency();
+    oneapi::tbb::task_arena arena(threads > 0 ? std::min(threads, all) : all);
     return arena.execute(std::forward<F>(fn));
 }
+#endif
 
 /// Counts the work of a stage, reports it, and passes on the wish to stop. Thread-safe.
 class Stage {
@@ -67,7 +125,7 @@ void for_chunks(std::uint64_t count, std::uint64_t grain, F&& fn) {
         if (chunks == 1) run(0);
         return;
     }
-    oneapi::tbb::parallel_for(std::uint64_t{0}, chunks, run);
+    detail::run_chunks(chunks, run);
 }
 
 inline std::uint64_t chunk_count(std::uint64_t count, std::uint64_t grain) {

@@ -1,0 +1,89 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "common.h"
+#include "its/mesh.h"
+#include "report.h"
+
+namespace its::cli {
+namespace {
+
+struct Options {
+    CommonOptions common;
+    std::string mesh;
+};
+
+void print_check_json(const Options& options, const MeshFile& file, const MeshReport& report) {
+    Json json;
+    json["file"] = options.mesh;
+    json["format"] = file.format;
+    json["warnings"] = file.warnings;
+    json["vertices"] = report.vertices;
+    json["triangles"] = report.triangles;
+    json["degenerate"] = report.degenerate;
+    json["duplicate"] = report.duplicate;
+    json["boundary_edges"] = report.boundary_edges;
+    json["nonmanifold_edges"] = report.nonmanifold_edges;
+    json["inconsistent_edges"] = report.inconsistent_edges;
+    json["unbalanced_edges"] = report.unbalanced_edges;
+    json["components"] = report.components;
+    json["euler"] = report.euler;
+    json["closed"] = report.closed;
+    json["oriented"] = report.oriented;
+    json["bounds"] = box_json(report.bounds);
+    json["signed_volume"] = report.signed_volume;
+    json["sign"] = name(report.sign);
+    json["sign_reason"] = report.sign_reason;
+    print_json(json);
+}
+
+void print_report(const Options& options, const MeshFile& file, const MeshReport& report) {
+    const Box& box = report.bounds;
+    const auto defects = [](std::uint64_t count, const char* meaning) {
+        return count == 0 ? std::string("none") : fmt::format("{:<10} {}", count_text(count), meaning);
+    };
+    Table table;
+    table.row("File", fmt::format("{} ({})", options.mesh, file.format));
+    table.row("Vertices", count_text(report.vertices));
+    table.row("Triangles", count_text(report.triangles));
+    table.row("Components", count_text(report.components));
+    table.row("Euler number", std::to_string(report.euler));
+    table.row("Size", fmt::format("{} × {} × {} mesh units", length_text(box.max.x - box.min.x),
+                                  length_text(box.max.y - box.min.y), length_text(box.max.z - box.min.z)));
+    table.row("From", fmt::format("({:.6g}, {:.6g}, {:.6g})", box.min.x, box.min.y, box.min.z));
+    table.row("To", fmt::format("({:.6g}, {:.6g}, {:.6g})", box.max.x, box.max.y, box.max.z));
+    table.row("Signed volume", fmt::format("{:.6g}{}", report.signed_volume,
+                                           report.closed && report.signed_volume < 0 ? "   inside out" : ""));
+    table.row("Closed", yes_or_no(report.closed));
+    table.row("Oriented", yes_or_no(report.oriented));
+    table.row("Degenerate triangles", defects(report.degenerate, "without area"));
+    table.row("Duplicate triangles", defects(report.duplicate, "over the corners of an earlier one"));
+    table.row("Boundary edges", defects(report.boundary_edges, "with one triangle"));
+    table.row("Non-manifold edges", defects(report.nonmanifold_edges, "with more than two triangles"));
+    table.row("Inconsistent edges", defects(report.inconsistent_edges, "run through twice the same way"));
+    table.row("Unbalanced edges", defects(report.unbalanced_edges, "not run through as often each way"));
+    table.row("Sign rule", fmt::format("{}: {}", name(report.sign), report.sign_reason));
+    table.print();
+}
+
+int run(const Options& options) {
+    const MeshFile file = read_mesh_with_warnings(options.mesh);
+    const MeshReport report = naming_file(options.mesh, [&] { return inspect(file.mesh); });
+    if (options.common.json)
+        print_check_json(options, file, report);
+    else if (!options.common.quiet)
+        print_report(options, file, report);
+    return done;
+}
+
+}  // namespace
+
+Run add_check(CLI::App& app) {
+    const auto options = std::make_shared<Options>();
+    app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();
+    options->common.declare(app, "its check model.stl");
+    return [options] { return run(*options); };
+}
+
+}  // namespace its::cli

@@ -1,0 +1,112 @@
+#include "common.h"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <csignal>
+#include <system_error>
+
+#include "report.h"
+
+namespace its::cli {
+
+namespace fs = std::filesystem;
+
+void CommonOptions::declare(CLI::App& app, const std::string& example) {
+    app.add_flag("--json", json, "Print one JSON object on standard output instead of the report");
+    app.add_flag("-q,--quiet", quiet, "No report, no progress bar; warnings and errors only");
+    app.add_option("--threads", threads, "Number of threads; 0: all. Results do not depend on it")
+        ->check(CLI::Range(0, 1024))
+        ->type_name("N");
+    app.footer("Example: " + example);
+}
+
+std::uint64_t parse_size(const std::string& option, const std::string& text) {
+    double number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, number);
+    double unit = 1;
+    const char* rest = stop;
+    if (rest != end) {
+        const std::size_t power = std::string_view("BKMGT").find(static_cast<char>(std::toupper(*rest)));
+        unit = power == std::string_view::npos ? 0 : std::pow(1000.0, double(power));
+        ++rest;
+    }
+    const double bytes = number * unit;
+    // 2^63: far above any memory, and exact as a double.
+    if (error != std::errc{} || rest != end || !(bytes >= 1) || bytes >= 0x1p63)
+        throw CLI::ValidationError(option, "'" + text + "' is no size; write one such as 500M or 2G");
+    return static_cast<std::uint64_t>(bytes);
+}
+
+MeshFile read_mesh_with_warnings(const fs::path& path) {
+    MeshFile file = naming_file(path, [&] { return read_mesh(path); });
+    for (const std::string& warning : file.warnings) print_message("warning", path.string() + ": " + warning);
+    stop_if_interrupted();
+    return file;
+}
+
+void check_output(const fs::path& output, const fs::path& input) {
+    const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
+    std::error_code ignored;
+    if (!fs::is_directory(folder, ignored))
+        throw FileError(
+            fmt::format("{}: there is no folder {}; create it first", output.string(), folder.string()));
+    if (fs::is_directory(output, ignored))
+        throw FileError(fmt::format("{}: this is a folder; give the name of a file", output.string()));
+    if (access(folder.c_str(), W_OK) != 0)
+        throw FileError(fmt::format("{}: no permission to write into {}; choose another folder",
+                                    output.string(), folder.string()));
+    if (fs::equivalent(output, input, ignored))
+        throw FileError(
+            fmt::format("{}: input and output are the same file; give another name to -o", output.string()));
+}
+
+namespace {
+
+std::atomic<int> received_signal = 0;
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may use lock-free atomics only");
+
+}  // namespace
+
+void catch_interruptions() {
+    struct sigaction action = {};
+    action.sa_handler = [](int signal) { received_signal = signal; };
+    action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+    for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
+
+int interruption() {
+    return received_signal;
+}
+
+void stop_if_interrupted() {
+    if (received_signal != 0) throw Cancelled("stopped");
+}
+
+ProgressBar::ProgressBar(bool quiet) : enabled_(!quiet && isatty(STDERR_FILENO) != 0) {}
+
+Progress ProgressBar::callback() {
+    return [this](std::string_view stage, double fraction) {
+        if (enabled_) {
+            constexpr int width = 30;
+            const int full = static_cast<int>(fraction * width);
+            fmt::print(stderr, "\r[{:=<{}}{:{}}] {:3.0f} %  {}\033[K", "", full, "", width - full,
+                       100 * fraction, stage);
+            std::fflush(stderr);
+            drawn_ = true;
+        }
+        return interruption() == 0;
+    };
+}
+
+void ProgressBar::clear() {
+    if (drawn_) fmt::print(stderr, "\r\033[K");
+    drawn_ = false;
+}
+
+}  // namespace its::cli

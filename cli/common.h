@@ -1,0 +1,121 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "its/base.h"
+#include "its/mesh.h"
+
+/// What all commands share: options, reading with warnings, errors that name a file, progress, interruption.
+namespace its::cli {
+
+/// Exit statuses of the program; an interrupted one ends with 128 + the signal's number.
+enum ExitStatus : int { done = 0, check_failed = 1, bad_input = 2 };
+
+/// Runs a command whose options are parsed, and returns the exit status.
+using Run = std::function<int()>;
+
+/// Declares the options of one command on `app`, and returns what runs it. One source file each.
+Run add_build(CLI::App& app);
+Run add_check(CLI::App& app);
+Run add_info(CLI::App& app);
+Run add_slice(CLI::App& app);
+Run add_verify(CLI::App& app);
+
+/// Options that every command has.
+struct CommonOptions {
+    bool json = false;
+    bool quiet = false;
+    int threads = 0;  ///< 0: all
+
+    /// Declares --json, --quiet and --threads, and adds the example line to the help.
+    void declare(CLI::App& app, const std::string& example);
+};
+
+template <class Value>
+using Choices = std::vector<std::pair<std::string, Value>>;
+
+/// A named choice such as --sign, without distinction of case.
+template <class Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<Value>& choices, Value& value,
+                        const std::string& description) {
+    std::string names;
+    for (const auto& choice : choices) names += (names.empty() ? "" : ", ") + choice.first;
+    const auto choose = [option, choices, names, &value](const std::string& text) {
+        for (const auto& choice : choices) {
+            if (choice.first != CLI::detail::to_lower(text)) continue;
+            value = choice.second;
+            return;
+        }
+        throw CLI::ValidationError(option, "'" + text + "' is none of " + names);
+    };
+    return app.add_option_function<std::string>(option, choose, description + ": " + names);
+}
+
+/// Bytes of a size such as 800, 500M or 2G: K, M, G and T are powers of 1000.
+/// \throws CLI::ValidationError naming `option`.
+std::uint64_t parse_size(const std::string& option, const std::string& text);
+
+/// Runs fn; an error of the library that does not name `file` gets it in front.
+template <class F>
+auto naming_file(const std::filesystem::path& file, F&& fn) {
+    try {
+        return std::forward<F>(fn)();
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const Error& error) {
+        const std::string what = error.what();
+        if (what.find(file.string()) != std::string::npos) throw;
+        throw Error(file.string() + ": " + what);
+    }
+}
+
+/// Reads a mesh, and prints its warnings to standard error. \throws Error, Cancelled.
+MeshFile read_mesh_with_warnings(const std::filesystem::path& path);
+
+/// Refuses an output that cannot be written, before any long work: a missing folder, a folder in its place,
+/// no permission, or the same file as the input. \throws FileError.
+void check_output(const std::filesystem::path& output, const std::filesystem::path& input);
+
+/// From now on the first SIGINT or SIGTERM is remembered; a second one kills.
+void catch_interruptions();
+/// The signal's number, or 0.
+int interruption();
+/// \throws Cancelled after an interruption. For use between steps that cannot be stopped themselves.
+void stop_if_interrupted();
+
+/// A progress bar on standard error if that is a terminal and `quiet` is not set. Its callback also passes on
+/// interruptions, with or without a bar.
+class ProgressBar {
+public:
+    explicit ProgressBar(bool quiet);
+    ~ProgressBar() { clear(); }
+    ProgressBar(const ProgressBar&) = delete;
+    ProgressBar& operator=(const ProgressBar&) = delete;
+
+    /// Valid as long as this object.
+    Progress callback();
+    void clear();
+
+private:
+    bool enabled_, drawn_ = false;
+};
+
+/// Seconds since construction.
+class Stopwatch {
+public:
+    double seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace its::cli

@@ -1,0 +1,46 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "common.h"
+#include "its/io.h"
+#include "report.h"
+
+namespace its::cli {
+namespace {
+
+struct Options {
+    CommonOptions common;
+    std::string shell;
+};
+
+int run(const Options& options) {
+    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const std::uint64_t file_bytes = std::filesystem::file_size(options.shell);
+    if (options.common.json) {
+        Json json = shell_json(shell.info());
+        json["file"] = options.shell;
+        json["file_bytes"] = file_bytes;
+        print_json(json);
+    } else if (!options.common.quiet) {
+        Table table;
+        table.row("File", fmt::format("{}, {}", options.shell, bytes_text(file_bytes)));
+        add_shell_rows(table, shell.info());
+        const Box& root = shell.info().root;
+        table.row("Root cube", fmt::format("({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", root.min.x,
+                                           root.min.y, root.min.z, root.max.x, root.max.y, root.max.z));
+        table.print();
+    }
+    return done;
+}
+
+}  // namespace
+
+Run add_info(CLI::App& app) {
+    const auto options = std::make_shared<Options>();
+    app.add_option("SHELL", options->shell, "Shell written by its build")->required();
+    options->common.declare(app, "its info model.its");
+    return [options] { return run(*options); };
+}
+
+}  // namespace its::cli

@@ -1,0 +1,114 @@
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "common.h"
+#include "its/version.h"
+#include "report.h"
+
+namespace {
+
+using namespace its::cli;
+
+struct Command {
+    const char* name;
+    const char* summary;
+    Run (*add)(CLI::App&);
+};
+
+constexpr Command commands[] = {
+    {"build", "Build the implicit thin shell of a mesh", add_build},
+    {"info", "Show what a shell holds, and how it was built", add_info},
+    {"check", "Report the defects of a mesh, and which sign rule would be chosen", add_check},
+    {"verify", "Check the promises of a shell against its mesh, independently of the builder", add_verify},
+    {"slice", "Draw a shell's function on a plane", add_slice},
+};
+
+std::string command_names() {
+    std::string names;
+    for (const Command& command : commands)
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", command.name);
+    return names;
+}
+
+bool is_command(const std::string& word) {
+    for (const Command& command : commands)
+        if (word == command.name) return true;
+    return false;
+}
+
+/// Prints a usage error in one line, or the help that was asked for.
+int finish_parsing(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
+    const std::string word = argc > 1 ? argv[1] : "";
+    if (is_command(word)) {
+        print_message("error", fmt::format("{} (see its {} --help)", error.what(), word));
+    } else if (word.empty() || word.front() == '-') {
+        print_message("error", fmt::format("{}; the first word is a command: {} (see its --help)",
+                                           word.empty() ? "no command given" : "'" + word + "' is no command",
+                                           command_names()));
+    } else {
+        print_message(
+            "error", fmt::format("unknown command '{}'; there are {} (see its --help)", word, command_names()));
+    }
+    return bad_input;
+}
+
+int parse_and_run(int argc, char** argv) {
+    CLI::App app(
+        "Implicit thin shells: a function f and two numbers with ε₁ ≤ f ≤ ε₂, proven, on all of a mesh.");
+    app.name("its");
+    app.set_help_flag("-h,--help", "Print this help and exit");
+    app.set_version_flag("--version", "its " ITS_VERSION, "Print the version and exit");
+    app.require_subcommand(1);
+    app.get_formatter()->column_width(34);
+    app.footer(
+        "Lengths are in mesh units. Exit status: 0 done, 1 a check failed, 2 bad usage or input.\n"
+        "Example: its build model.stl -o model.its");
+    std::vector<std::pair<CLI::App*, Run>> runs;
+    for (const Command& command : commands) {
+        CLI::App* const sub = app.add_subcommand(command.name, command.summary);
+        runs.emplace_back(sub, command.add(*sub));
+    }
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return finish_parsing(app, error, argc, argv);
+    }
+    for (const auto& [sub, run] : runs)
+        if (sub->parsed()) return run();
+    return bad_input;
+}
+
+/// What was printed may still fail to arrive, on a full disk for instance.
+int flush_output(int status) {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+    print_message("error", fmt::format("standard output: {}", std::strerror(errno)));
+    return bad_input;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    catch_interruptions();
+    try {
+        return flush_output(parse_and_run(argc, argv));
+    } catch (const its::Cancelled&) {
+        print_message("error", "stopped; nothing was written");
+        return interruption() != 0 ? 128 + interruption() : bad_input;
+    } catch (const its::Error& error) {
+        print_message("error", error.what());
+    } catch (const std::bad_alloc&) {
+        print_message("error", "out of memory; choose a smaller --depth or set --max-memory");
+    } catch (const std::exception& error) {
+        print_message("error", fmt::format("internal error: {}; please report it", error.what()));
+    }
+    return bad_input;
+}

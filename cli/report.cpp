@@ -1,0 +1,120 @@
+#include "report.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+
+namespace its::cli {
+
+void print_message(std::string_view kind, std::string_view text) {
+    std::string line(text);
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+    fmt::print(stderr, "its: {}: {}\n", kind, line);
+}
+
+void print_json(const Json& json) {
+    // File names need not be UTF-8, JSON must be.
+    fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
+void Table::row(std::string label, std::string value) {
+    rows_.emplace_back(std::move(label), std::move(value));
+}
+
+void Table::print() const {
+    constexpr int label_width = 22;
+    for (const auto& [label, value] : rows_) fmt::print("{:<{}}{}\n", label, label_width, value);
+}
+
+std::string count_text(std::uint64_t count) {
+    std::string text = std::to_string(count);
+    for (std::size_t i = text.size(); i > 3;) text.insert(i -= 3, 1, ',');
+    return text;
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+    static constexpr std::string_view units[] = {"bytes", "kB", "MB", "GB", "TB", "PB", "EB"};
+    if (bytes < 1000) return fmt::format("{} bytes", bytes);
+    std::size_t unit = 0;
+    double value = double(bytes);
+    for (; value >= 999.5; value /= 1000) ++unit;
+    return fmt::format("{:.3g} {}", value, units[unit]);
+}
+
+std::string seconds_text(double seconds) {
+    return seconds < 0.9995 ? fmt::format("{:.3g} ms", 1000 * seconds) : fmt::format("{:#.4g} s", seconds);
+}
+
+std::string length_text(double length) {
+    return fmt::format("{:.6g}", length);
+}
+
+std::string yes_or_no(bool value) {
+    return value ? "yes" : "no";
+}
+
+std::string_view name(Extrema extrema) {
+    return extrema == Extrema::certified ? "certified" : "candidates";
+}
+
+std::string_view name(Solver solver) {
+    return solver == Solver::direct ? "direct" : "lscg";
+}
+
+Json box_json(const Box& box) {
+    return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
+}
+
+Json shell_json(const ShellInfo& info) {
+    Json json;
+    json["mesh"]["vertices"] = info.mesh_vertices;
+    json["mesh"]["triangles"] = info.mesh_triangles;
+    json["mesh"]["closed"] = info.mesh_closed;
+    json["sign"] = name(info.sign);
+    json["sign_reason"] = info.sign_reason;
+    json["depth"] = info.depth;
+    json["scale"] = info.scale;
+    json["cell_width"] = info.cell_width;
+    json["epsilon_inner"] = info.epsilon_inner;
+    json["epsilon_outer"] = info.epsilon_outer;
+    json["thickness"] = info.thickness();
+    json["thickness_relative"] = info.thickness() / info.scale;
+    json["rounding"] = info.rounding;
+    json["extrema"] = name(info.extrema);
+    json["solver"] = name(info.solver);
+    json["surface_cells"] = info.surface_cells;
+    json["cells"] = info.cells;
+    json["grid_points"] = info.grid_points;
+    json["memory_bytes"] = info.memory_bytes;
+    json["root"] = box_json(info.root);
+    return json;
+}
+
+void add_shell_rows(Table& table, const ShellInfo& info) {
+    const auto length = [&](double value) {
+        return fmt::format("{:<14} {:.6f} of the longest side", length_text(value), value / info.scale);
+    };
+    table.row("Mesh", fmt::format("{} vertices, {} triangles, {}", count_text(info.mesh_vertices),
+                                  count_text(info.mesh_triangles), info.mesh_closed ? "closed" : "not closed"));
+    table.row("Sign rule", fmt::format("{}: {}", name(info.sign), info.sign_reason));
+    table.row("Longest side", fmt::format("{} mesh units", length_text(info.scale)));
+    table.row("Depth", std::to_string(info.depth));
+    table.row("Finest cell", length(info.cell_width));
+    table.row("ε₁, inner", length(info.epsilon_inner));
+    table.row("ε₂, outer", length(info.epsilon_outer));
+    table.row("Thickness", length(info.thickness()));
+    table.row("Bounds on f", fmt::format("{}, with {:.2g} for rounding", name(info.extrema), info.rounding));
+    table.row("Solver", std::string(name(info.solver)));
+    table.row("Surface cells", count_text(info.surface_cells));
+    table.row("Cells, all levels", count_text(info.cells));
+    table.row("Grid points", count_text(info.grid_points));
+    const double per_cell = double(info.memory_bytes) / double(std::max<std::uint64_t>(info.surface_cells, 1));
+    table.row("Memory",
+              fmt::format("{}, {:.0f} bytes per surface cell", bytes_text(info.memory_bytes), per_cell));
+}
+
+}  // namespace its::cli

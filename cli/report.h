@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "its/mesh.h"
+#include "its/shell.h"
+
+/// How results are printed: tables for people, JSON for programs, one line for each message.
+namespace its::cli {
+
+using Json = nlohmann::ordered_json;
+
+/// "its: KIND: TEXT" on standard error, in one line whatever the text.
+void print_message(std::string_view kind, std::string_view text);
+
+/// One JSON object on standard output.
+void print_json(const Json& json);
+
+/// Rows of a label and a value, printed with the values aligned.
+class Table {
+public:
+    void row(std::string label, std::string value);
+    void print() const;
+
+private:
+    std::vector<std::pair<std::string, std::string>> rows_;
+};
+
+std::string count_text(std::uint64_t count);  ///< 1234567 as 1,234,567
+std::string bytes_text(std::uint64_t bytes);  ///< 1234567 as 1.23 MB
+std::string seconds_text(double seconds);     ///< three digits and the unit: 12.3 ms, 1.23 s
+std::string length_text(double length);       ///< six significant digits
+std::string yes_or_no(bool value);
+
+std::string_view name(Extrema extrema);  ///< as the option --extrema is spelled
+std::string_view name(Solver solver);    ///< as the option --solver is spelled
+
+/// The mesh and the shell, as `its build --json` and `its info --json` have them.
+Json shell_json(const ShellInfo& info);
+void add_shell_rows(Table& table, const ShellInfo& info);
+
+Json box_json(const Box& box);
+
+}  // namespace its::cli

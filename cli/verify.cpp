@@ -1,0 +1,97 @@
+#include "its/verify.h"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "common.h"
+#include "its/io.h"
+#include "report.h"
+
+namespace its::cli {
+namespace {
+
+struct Options {
+    CommonOptions common;
+    std::string shell, mesh;
+    VerifyOptions verify;
+};
+
+void print_verify_json(const VerifyReport& report, const ShellInfo& info, double seconds) {
+    Json json;
+    json["passed"] = report.passed();
+    json["checks"] = Json::array();
+    for (const VerifyCheck& check : report.checks)
+        json["checks"].push_back({{"name", check.name},
+                                  {"passed", check.passed},
+                                  {"tested", check.tested},
+                                  {"violations", check.violations},
+                                  {"worst", check.worst},
+                                  {"detail", check.detail}});
+    json["epsilon_inner"] = info.epsilon_inner;
+    json["epsilon_outer"] = info.epsilon_outer;
+    json["sampled_min"] = report.sampled_min;
+    json["sampled_max"] = report.sampled_max;
+    json["proven_min"] = report.proven_min;
+    json["proven_max"] = report.proven_max;
+    json["seconds"]["verify"] = seconds;
+    print_json(json);
+}
+
+void print_report(const VerifyReport& report, const ShellInfo& info, double seconds) {
+    std::size_t width = 5;
+    for (const VerifyCheck& check : report.checks) width = std::max(width, check.name.size());
+    fmt::print("{:<6} {:<{}} {:>13} {:>10} {:>12}\n", "", "Check", width, "tested", "violations", "margin");
+    for (const VerifyCheck& check : report.checks) {
+        fmt::print("{:<6} {:<{}} {:>13} {:>10} {:>12.3g}\n", check.passed ? "pass" : "FAIL", check.name, width,
+                   count_text(check.tested), count_text(check.violations), check.worst);
+        if (!check.detail.empty()) fmt::print("       {}\n", check.detail);
+    }
+    const auto range = [](double low, double high) { return fmt::format("[{:.9g}, {:.9g}]", low, high); };
+    Table table;
+    table.row("Shell [ε₁, ε₂]", range(info.epsilon_inner, info.epsilon_outer));
+    table.row("f proven on M", range(report.proven_min, report.proven_max));
+    table.row("f sampled on M", range(report.sampled_min, report.sampled_max));
+    table.row("Time", seconds_text(seconds));
+    table.row("Result", report.passed() ? "all checks passed" : "FAILED");
+    table.print();
+}
+
+int run(const Options& options) {
+    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const MeshFile file = read_mesh_with_warnings(options.mesh);
+    ProgressBar bar(options.common.quiet);
+    VerifyOptions verify_options = options.verify;
+    verify_options.threads = options.common.threads;
+    verify_options.progress = bar.callback();
+    const Stopwatch watch;
+    const VerifyReport report =
+        naming_file(options.mesh, [&] { return verify(shell, file.mesh, verify_options); });
+    const double seconds = watch.seconds();
+    bar.clear();
+    stop_if_interrupted();
+    if (options.common.json)
+        print_verify_json(report, shell.info(), seconds);
+    else if (!options.common.quiet)
+        print_report(report, shell.info(), seconds);
+    for (const VerifyCheck& check : report.checks)
+        if (!check.passed) print_message("failed", fmt::format("{}: {}", check.name, check.detail));
+    return report.passed() ? done : check_failed;
+}
+
+}  // namespace
+
+Run add_verify(CLI::App& app) {
+    const auto options = std::make_shared<Options>();
+    app.add_option("SHELL", options->shell, "Shell written by its build")->required();
+    app.add_option("MESH", options->mesh, "The mesh that it was built from")->required();
+    app.add_option("--samples", options->verify.samples,
+                   "Points on the mesh, uniform by area; default 1,000,000")
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}))
+        ->type_name("N");
+    app.add_option("--seed", options->verify.seed, "Of the random points; default 20240")->type_name("N");
+    options->common.declare(app, "its verify model.its model.stl --samples 10000000");
+    return [options] { return run(*options); };
+}
+
+}  // namespace its::cli

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# Installs the Debian 12 packages that are missing; does nothing when all are there.
+#   scripts/install.sh [build|test|bench]...      default: build
+# Exit 0: all there now. Exit 2: something is missing and could not be installed.
+set -euo pipefail
+
+build=(g++ cmake ninja-build ccache libeigen3-dev libtbb-dev libfmt-dev libpng-dev libxxhash-dev
+       libcli11-dev nlohmann-json3-dev libtinygltf-dev lib3mf-dev libboost-dev pkgconf libfreetype-dev
+       fonts-roboto-unhinted)
+test=(libgtest-dev libgmock-dev libcgal-dev libassimp-dev libgmp-dev libmpfr-dev
+      clang clang-format clang-tidy libclang-rt-14-dev valgrind)
+bench=(libbenchmark-dev libembree-dev)
+
+fail() {
+    echo "install.sh: error: $*" >&2
+    exit 2
+}
+
+wanted=("${build[@]}")  # every group builds the library
+for group in "${@:-build}"; do
+    case $group in
+        build) ;;
+        test) wanted+=("${test[@]}") ;;
+        bench) wanted+=("${bench[@]}") ;;
+        *) fail "unknown group '$group'; choose among build, test and bench" ;;
+    esac
+done
+
+command -v dpkg-query >/dev/null ||
+    fail "this is no Debian; install the equivalents of these packages yourself: ${wanted[*]}"
+
+# dpkg-query complains about packages it never heard of: those are missing as well.
+present=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null || true)
+missing=()
+for package in "${wanted[@]}"; do
+    grep -qx "installed $package" <<<"$present" || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+    exit 0
+fi
+
+if [[ $(id -u) == 0 ]]; then
+    as_root=()
+elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
+    as_root=(sudo)
+elif command -v sudo >/dev/null && [[ -t 0 ]]; then
+    as_root=(sudo)  # asks for the password
+else
+    fail "missing packages, and no right to install them; run as root: apt-get install ${missing[*]}"
+fi
+
+echo "install.sh: installing ${missing[*]}"
+export DEBIAN_FRONTEND=noninteractive
+run_apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 "$@"; }
+run_apt update || fail "apt-get update failed; see above"
+run_apt install -y --no-install-recommends "${missing[@]}" >/dev/null ||
+    fail "apt-get install failed; see above"
+echo "install.sh: done"

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# From a fresh clone to a checked shell with a picture: installs what is missing, builds the tool, makes a model
+# (or takes yours) and its shell in out/.
+#   scripts/quickstart.sh [MESH]      MESH: .obj .stl .ply .off .glb .gltf .3mf
+# DEPTH=K sets the depth of the shell (default 7: finest cells 1/128 of the model's longest side).
+set -euo pipefail
+mesh=${1:+$(realpath -- "$1")}
+cd "$(dirname "$0")/.."
+depth=${DEPTH:-7}
+
+scripts/install.sh build
+options=(-DCMAKE_BUILD_TYPE=Release)
+[[ -f build/CMakeCache.txt ]] || options+=(-DITS_TESTS=OFF)  # a build folder in use keeps its options
+echo "+ cmake and ninja, in build/"
+cmake -S . -B build -G Ninja "${options[@]}" --log-level=NOTICE >/dev/null
+targets=(its_cli)
+[[ -n $mesh ]] || targets+=(example_make_model)
+cmake --build build -j "$(nproc)" --target "${targets[@]}" | tail -n 1
+
+mkdir -p out
+if [[ -z $mesh ]]; then
+    mesh=out/model.obj
+    build/examples/make_model "$mesh"
+fi
+name=$(basename "${mesh%.*}")
+shell=out/$name.its
+
+step() {
+    echo
+    echo "+ its ${*:2}"
+    "$@"
+}
+step build/its check "$mesh"
+step build/its build "$mesh" -o "$shell" --depth "$depth"
+step build/its info "$shell"
+step build/its verify "$shell" "$mesh"
+step build/its slice "$shell" -o "out/$name.png" --cells
+
+echo
+echo "The model  $mesh"
+echo "Its shell  $shell"
+echo "A slice    out/$name.png   (f in colour, its zero, ε₁ and ε₂ as lines, the mesh in black)"

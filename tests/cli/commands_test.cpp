@@ -1,0 +1,247 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/program.h"
+#include "support/zoo.h"
+
+/// What the commands do when all is well, and what they say.
+namespace its::cli_test {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+
+/// The one JSON object that a successful command prints, and nothing on standard error.
+json run_json(std::vector<std::string> arguments, int status = 0) {
+    arguments.push_back("--json");
+    const Result result = run(arguments);
+    EXPECT_EQ(result.status, status) << result.error;
+    if (status == 0) {
+        EXPECT_THAT(result.error, IsEmpty());
+    }
+    return json::parse(result.out);  // throws on anything but one object
+}
+
+void expect_fields(const json& object, const std::vector<std::string>& pointers) {
+    for (const std::string& pointer : pointers)
+        EXPECT_TRUE(object.contains(json::json_pointer(pointer))) << pointer << " in " << object.dump(2);
+}
+
+const std::vector<std::string> shell_fields = {
+    "/mesh/vertices", "/mesh/triangles", "/mesh/closed",   "/sign",        "/depth",
+    "/cell_width",    "/epsilon_inner",  "/epsilon_outer", "/thickness",   "/thickness_relative",
+    "/surface_cells", "/cells",          "/grid_points",   "/memory_bytes"};
+
+class Commands : public testing::Test {
+protected:
+    const Workshop shop;
+    const std::string mesh = shop.add("ball.obj", zoo::sphere({1, 2, 3}, 2, 3));
+    const std::string shell = shop.path("ball.its");
+};
+
+TEST_F(Commands, BuildJson) {
+    const json built = run_json({"build", mesh, "-o", shell, "--depth", "5"});
+    expect_fields(built, shell_fields);
+    expect_fields(built, {"/seconds/read", "/seconds/octree", "/seconds/distance", "/seconds/field",
+                          "/seconds/extrema", "/seconds/total"});
+    EXPECT_EQ(built["mesh"]["vertices"], 642);
+    EXPECT_EQ(built["mesh"]["triangles"], 1280);
+    EXPECT_EQ(built["mesh"]["closed"], true);
+    EXPECT_EQ(built["sign"], "winding");
+    EXPECT_EQ(built["depth"], 5);
+    // The ball is 4 wide; the scale is rounded up by less than 2^-7.
+    EXPECT_NEAR(built["cell_width"].get<double>(), 4.0 / 32, 4.0 / 32 / 128);
+    EXPECT_LE(built["epsilon_inner"].get<double>(), 0);
+    EXPECT_GT(built["epsilon_outer"].get<double>(), 0);
+    EXPECT_DOUBLE_EQ(built["thickness"].get<double>(),
+                     built["epsilon_outer"].get<double>() - built["epsilon_inner"].get<double>());
+    EXPECT_NEAR(built["thickness_relative"].get<double>(),
+                built["thickness"].get<double>() / (32 * built["cell_width"].get<double>()), 1e-15);
+    EXPECT_GE(built["seconds"]["total"].get<double>(), built["seconds"]["distance"].get<double>());
+    EXPECT_EQ(built["file_bytes"], std::filesystem::file_size(shell));
+}
+
+TEST_F(Commands, InfoSaysWhatBuildSaid) {
+    const json built = run_json({"build", mesh, "-o", shell, "--depth", "4", "--sign", "unsigned"});
+    const json info = run_json({"info", shell});
+    expect_fields(info, shell_fields);
+    EXPECT_EQ(info["sign"], "unsigned");
+    for (const std::string& field : shell_fields)
+        EXPECT_EQ(info[json::json_pointer(field)], built[json::json_pointer(field)]) << field;
+}
+
+TEST_F(Commands, CheckJson) {
+    const json report = run_json({"check", mesh});
+    expect_fields(report,
+                  {"/vertices", "/triangles", "/degenerate", "/duplicate", "/boundary_edges",
+                   "/nonmanifold_edges", "/inconsistent_edges", "/components", "/euler", "/closed", "/oriented",
+                   "/bounds/min", "/bounds/max", "/signed_volume", "/sign", "/sign_reason"});
+    EXPECT_EQ(report["closed"], true);
+    EXPECT_EQ(report["euler"], 2);
+    EXPECT_EQ(report["sign"], "winding");
+
+    const json open = run_json({"check", shop.add("sheet.off", zoo::sheet(4))});
+    EXPECT_EQ(open["closed"], false);
+    EXPECT_EQ(open["boundary_edges"], 16);
+    EXPECT_NE(open["sign"], "winding");
+}
+
+TEST_F(Commands, VerifyPassesOnTheMeshAndFailsOnAnother) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "5"}).status, 0);
+    const json passed = run_json({"verify", shell, mesh, "--samples", "20000", "--seed", "7"});
+    EXPECT_EQ(passed["passed"], true);
+    EXPECT_THAT(passed["checks"], Not(IsEmpty()));
+    for (const json& check : passed["checks"])
+        expect_fields(check, {"/name", "/passed", "/tested", "/violations", "/worst", "/detail"});
+
+    const std::string smaller = shop.add("smaller.obj", zoo::sphere({1, 2, 3}, 1.8, 3));
+    const json failed = run_json({"verify", shell, smaller, "--samples", "20000"}, 1);
+    EXPECT_EQ(failed["passed"], false);
+    const Result result = run({"verify", shell, smaller, "--samples", "20000"});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_THAT(result.out, HasSubstr("FAIL"));
+    EXPECT_THAT(result.error, StartsWith("its: failed: "));
+}
+
+TEST_F(Commands, SliceWritesAPng) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "4"}).status, 0);
+    const std::string picture = shop.path("ball.png");
+    const json slice = run_json({"slice", shell, "-o", picture, "--axis", "X", "--size", "128", "--cells"});
+    expect_fields(slice, {"/file", "/width", "/height", "/axis", "/at"});
+    EXPECT_GE(slice["width"], 128);
+    EXPECT_THAT(content(picture), StartsWith("\x89PNG"));
+}
+
+TEST_F(Commands, ReportsForPeople) {
+    const Result built = run({"build", mesh, "-o", shell, "--depth", "4"});
+    EXPECT_EQ(built.status, 0);
+    for (const char* part :
+         {"1,280 triangles", "Sign rule", "ε₁", "ε₂", "Thickness", "longest side", "Memory", "extrema", "ms"})
+        EXPECT_THAT(built.out, HasSubstr(part));
+    EXPECT_THAT(run({"info", shell}).out, HasSubstr("Root cube"));
+    EXPECT_THAT(run({"check", mesh}).out, HasSubstr("Boundary edges"));
+    EXPECT_THAT(run({"verify", shell, mesh, "--samples", "1000"}).out, HasSubstr("all checks passed"));
+}
+
+TEST_F(Commands, QuietPrintsNothing) {
+    for (const auto& arguments : std::vector<std::vector<std::string>>{
+             {"build", mesh, "-o", shell, "--depth", "4", "-q"},
+             {"info", shell, "--quiet"},
+             {"check", mesh, "--quiet"},
+             {"verify", shell, mesh, "--samples", "1000", "--quiet"},
+             {"slice", shell, "-o", shop.path("a.png"), "--size", "64", "--quiet"}}) {
+        const Result result = run(arguments);
+        EXPECT_EQ(result.status, 0);
+        EXPECT_THAT(result.out, IsEmpty());
+        EXPECT_THAT(result.error, IsEmpty());
+    }
+}
+
+TEST_F(Commands, SameBytesForAnyNumberOfThreads) {
+    const std::string knot = shop.add("knot.ply", zoo::twisted_knot(60, 12));
+    const std::string one = shop.path("one.its"), two = shop.path("two.its");
+    ASSERT_EQ(run({"build", knot, "-o", one, "--depth", "6", "--threads", "1"}).status, 0);
+    ASSERT_EQ(run({"build", knot, "-o", two, "--depth", "6", "--threads", "2"}).status, 0);
+    EXPECT_TRUE(content(one) == content(two));
+    EXPECT_GT(content(one).size(), 10'000u);
+}
+
+TEST_F(Commands, DepthIsChosenWithinTheMemory) {
+    const int free = run_json({"build", mesh, "-o", shell})["depth"].get<int>();
+    const json tight = run_json({"build", mesh, "-o", shell, "--max-memory", "2M"});
+    EXPECT_LE(tight["depth"].get<int>(), free);
+    EXPECT_LE(tight["memory_bytes"].get<double>(), 2e6);
+}
+
+TEST_F(Commands, NoProgressBarInAPipe) {
+    const Result result = run({"build", mesh, "-o", shell, "--depth", "7"});
+    EXPECT_EQ(result.status, 0);
+    EXPECT_THAT(result.error, IsEmpty());
+}
+
+TEST_F(Commands, ProgressBarOnATerminalUnlessQuiet) {
+    const Result shown = run_on_terminal({"build", mesh, "-o", shell, "--depth", "6"});
+    EXPECT_EQ(shown.status, 0);
+    EXPECT_THAT(shown.out, HasSubstr(" %  octree"));
+    const Result quiet = run_on_terminal({"build", mesh, "-o", shell, "--depth", "6", "--quiet"});
+    EXPECT_EQ(quiet.status, 0);
+    EXPECT_THAT(quiet.out, IsEmpty());
+}
+
+TEST_F(Commands, InterruptionLeavesNothingBehind) {
+    // Deep enough to be still at work when the signal comes, which is sent at the first sign of progress.
+    const Result result = run_on_terminal({"build", mesh, "-o", shell, "--depth", "9"}, true);
+    EXPECT_EQ(result.status, 130);
+    EXPECT_THAT(result.out, HasSubstr("its: error: stopped; nothing was written"));
+    EXPECT_THAT(shop.names(), ElementsAre("ball.obj"));
+}
+
+TEST_F(Commands, FullDiskIsAnError) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string command =
+        std::string("'") + ITS_PROGRAM + "' info '" + shell + "' >/dev/full 2>/dev/null";
+    const int status = std::system(command.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 2);
+}
+
+TEST_F(Commands, WarningsGoToStandardError) {
+    const std::string dirty = shop.add("dirty.obj", content(mesh) + "f 1 2 99999\n");
+    const Result result = run({"check", dirty, "--json"});
+    EXPECT_EQ(result.status, 0);
+    EXPECT_THAT(result.error, StartsWith("its: warning: " + dirty + ": "));
+    EXPECT_THAT(json::parse(result.out)["warnings"], Not(IsEmpty()));
+}
+
+/// Name and status of each file of the folder of test meshes, from its manifest.
+std::vector<std::pair<std::string, std::string>> real_meshes(const std::filesystem::path& folder) {
+    std::vector<std::pair<std::string, std::string>> files;
+    std::ifstream manifest(folder / "MANIFEST.tsv");
+    std::size_t status_column = 0;
+    for (std::string line; std::getline(manifest, line);) {
+        std::vector<std::string> cells;
+        std::istringstream stream(line);
+        for (std::string cell; std::getline(stream, cell, '\t');) cells.push_back(cell);
+        if (status_column == 0)
+            status_column = std::size_t(std::find(cells.begin(), cells.end(), "status") - cells.begin());
+        else if (status_column < cells.size())
+            files.emplace_back(cells[0], cells[status_column]);
+    }
+    return files;
+}
+
+TEST(RealMeshes, AreReadOrRefusedInOneLine) {
+    const char* const folder = std::getenv("ITS_TEST_MESHES");
+    if (folder == nullptr) return;
+    const auto files = real_meshes(folder);
+    EXPECT_THAT(files, Not(IsEmpty()));
+    for (const auto& [name, status] : files) {
+        SCOPED_TRACE(name + ": " + status);
+        const std::string path = (std::filesystem::path(folder) / name).string();
+        const Result result = run({"check", path});
+        const auto lines = std::count(result.error.begin(), result.error.end(), '\n');
+        if (result.status == 2) {
+            EXPECT_NE(status, "ok") << result.error;
+            EXPECT_THAT(result.error, StartsWith("its: error: " + path));
+            EXPECT_EQ(lines, 1) << result.error;
+            continue;
+        }
+        EXPECT_EQ(result.status, 0) << result.error;
+        EXPECT_EQ(status.substr(0, 7) == "NOFACES", false);
+        if (status.substr(0, 4) == "WARN") {
+            EXPECT_THAT(result.error, StartsWith("its: warning: " + path));
+        }
+    }
+}
+
+}  // namespace
+}  // namespace its::cli_test

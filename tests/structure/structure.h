@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+/// Rules on which file may include which, checked on the text of the files.
+namespace its::structure {
+
+/// One line for each broken rule: "FILE:LINE: what is wrong and what is allowed". Empty: all is well.
+using Violations = std::vector<std::string>;
+
+/// src/: every quoted include is "module/file.h" or "its/file.h", exists, and points to the file's own module
+/// or to one further down; verify shares nothing with the builder but its arrays and vector arithmetic.
+Violations check_library(const std::filesystem::path& root);
+
+/// include/its/: other public headers and the standard library only.
+Violations check_public_headers(const std::filesystem::path& root);
+
+/// cli/ and examples/: public headers, files of their own folder, and other people's libraries.
+Violations check_users(const std::filesystem::path& root);
+
+/// The version stands in include/its/version.h and in no other source, script or build file.
+Violations check_version(const std::filesystem::path& root);
+
+/// Nothing in src/ writes to the terminal or ends the process.
+Violations check_silence(const std::filesystem::path& root);
+
+}  // namespace its::structure

@@ -1,0 +1,171 @@
+#include "structure/structure.h"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <initializer_list>
+#include <utility>
+
+namespace its::structure {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const fs::path root = ITS_SOURCE_DIR;
+
+/// A tree of files that is gone after the test.
+class FakeTree {
+public:
+    FakeTree(std::initializer_list<std::pair<const char*, const char*>> files) {
+        for (const auto& [name, text] : files) {
+            fs::create_directories((path / name).parent_path());
+            std::ofstream(path / name) << text;
+        }
+    }
+    ~FakeTree() { fs::remove_all(path); }
+    FakeTree(const FakeTree&) = delete;
+    FakeTree& operator=(const FakeTree&) = delete;
+
+    const fs::path path = [] {
+        std::string pattern = (fs::temp_directory_path() / "its_structure_XXXXXX").string();
+        return fs::path(mkdtemp(pattern.data()));
+    }();
+};
+
+/// Whether the compiler takes a file that includes this header and nothing else.
+bool compiles_alone(const fs::path& include_folder, const std::string& header, const char* messages = "") {
+    const std::string command = fmt::format(
+        "'{}' -std=c++20 -fsyntax-only -Wall -Wextra -Werror -I'{}' -include '{}' -x c++ /dev/null {}",
+        ITS_CXX_COMPILER, include_folder.string(), header, messages);
+    return std::system(command.c_str()) == 0;
+}
+
+TEST(Structure, LibraryIncludesPointDown) {
+    EXPECT_THAT(check_library(root), IsEmpty());
+}
+
+TEST(Structure, PublicHeadersIncludeOnlyPublicOnes) {
+    EXPECT_THAT(check_public_headers(root), IsEmpty());
+}
+
+TEST(Structure, ToolsAndExamplesUsePublicHeadersOnly) {
+    EXPECT_THAT(check_users(root), IsEmpty());
+}
+
+TEST(Structure, OneVersion) {
+    EXPECT_THAT(check_version(root), IsEmpty());
+}
+
+TEST(Structure, LibraryIsSilent) {
+    EXPECT_THAT(check_silence(root), IsEmpty());
+}
+
+TEST(Structure, EachPublicHeaderCompilesAlone) {
+    int headers = 0;
+    for (const auto& entry : fs::directory_iterator(root / "include" / "its")) {
+        EXPECT_TRUE(compiles_alone(root / "include", "its/" + entry.path().filename().string()))
+            << entry.path();
+        ++headers;
+    }
+    EXPECT_GE(headers, 7);
+}
+
+// The checker itself: each rule, broken once.
+
+TEST(Checker, AcceptsWhatPointsDown) {
+    const FakeTree tree(
+        {{"include/its/base.h", ""},
+         {"include/its/mesh.h", "#include <vector>\n#include \"its/base.h\"\n"},
+         {"src/base/parallel.h", "#include <mutex>\n#include \"its/base.h\"\n"},
+         {"src/octree/octree.h", "#include \"its/mesh.h\"\n"},
+         {"src/octree/octree.cpp", "#include \"octree/octree.h\"\n#include \"base/parallel.h\"\n"},
+         {"cli/common.h", "#include <CLI/CLI.hpp>\n#include \"its/mesh.h\"\n"},
+         {"cli/main.cpp", "#include \"common.h\"\n"}});
+    EXPECT_THAT(check_library(tree.path), IsEmpty());
+    EXPECT_THAT(check_public_headers(tree.path), IsEmpty());
+    EXPECT_THAT(check_users(tree.path), IsEmpty());
+    EXPECT_THAT(check_silence(tree.path), IsEmpty());
+}
+
+TEST(Checker, FindsAnIncludeThatPointsUp) {
+    const FakeTree tree(
+        {{"src/field/field.h", ""}, {"src/octree/a.cpp", "\n  #  include \"field/field.h\"\n"}});
+    EXPECT_THAT(
+        check_library(tree.path),
+        ElementsAre(HasSubstr("src/octree/a.cpp:2: octree includes \"field/field.h\": field is above it")));
+}
+
+TEST(Checker, FindsAPublicHeaderOfAHigherModule) {
+    const FakeTree tree{{"include/its/shell.h", ""}, {"src/mesh/a.cpp", "#include \"its/shell.h\"\n"}};
+    EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("shell is above it")));
+}
+
+TEST(Checker, FindsASibling) {
+    const FakeTree tree{{"src/query/query.h", ""}, {"src/surface/a.cpp", "#include \"query/query.h\"\n"}};
+    EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("query is beside it")));
+}
+
+TEST(Checker, FindsIncludesThatAreNotModuleAndFile) {
+    const FakeTree tree(
+        {{"src/mesh/a.h", ""},
+         {"src/mesh/a.cpp", "#include \"a.h\"\n#include \"mesh/../mesh/a.h\"\n#include <its/mesh.h>\n"},
+         {"src/stray.cpp", ""}});
+    EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("a.cpp:1"), HasSubstr("a.cpp:2"),
+                                                      HasSubstr("a.cpp:3"), HasSubstr("no known module")));
+}
+
+TEST(Checker, FindsAVerifierThatSharesCodeWithTheBuilder) {
+    const FakeTree tree(
+        {{"src/geometry/bernstein.h", ""},
+         {"src/geometry/vec3.h", ""},
+         {"src/verify/a.cpp", "#include \"geometry/vec3.h\"\n#include \"geometry/bernstein.h\"\n"}});
+    EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("a.cpp:2: verify includes")));
+}
+
+TEST(Checker, FindsWhatAPublicHeaderMustNotInclude) {
+    const FakeTree tree(
+        {{"include/its/shell.h", ""},
+         {"include/its/mesh.h",
+          "#include <Eigen/Core>\n#include <math.h>\n#include \"mesh/x.h\"\n#include \"its/shell.h\"\n"},
+         {"src/mesh/x.h", ""}});
+    EXPECT_THAT(check_public_headers(tree.path), ElementsAre(HasSubstr("mesh.h:1"), HasSubstr("mesh.h:2"),
+                                                             HasSubstr("mesh.h:3"), HasSubstr("mesh.h:4")));
+}
+
+TEST(Checker, FindsAToolThatUsesPrivateHeaders) {
+    const FakeTree tree{{"src/octree/octree.h", ""},
+                        {"cli/a.cpp", "#include \"octree/octree.h\"\n#include <octree/octree.h>\n"},
+                        {"examples/b.cpp", "#include \"../src/octree/octree.h\"\n"}};
+    EXPECT_THAT(check_users(tree.path),
+                ElementsAre(HasSubstr("a.cpp:1"), HasSubstr("a.cpp:2"), HasSubstr("b.cpp:1")));
+}
+
+TEST(Checker, FindsASecondVersion) {
+    const FakeTree tree{{"include/its/version.h", "#define ITS_VERSION \"3.2.1\"\n"},
+                        {"CMakeLists.txt", "project(its VERSION 3.2.1)\n"},
+                        {"cli/main.cpp", "// 13.2.1 and 3.2.10 are other numbers\n"}};
+    EXPECT_THAT(check_version(tree.path), ElementsAre(HasSubstr("CMakeLists.txt:1: states the version 3.2.1")));
+    const FakeTree none{{"include/its/version.h", "\n"}};
+    EXPECT_THAT(check_version(none.path), ElementsAre(HasSubstr("no ITS_VERSION")));
+}
+
+TEST(Checker, FindsALibraryThatPrints) {
+    const FakeTree tree{{"src/mesh/a.cpp", "\nvoid f() { std::cerr << 1; }\n"}};
+    EXPECT_THAT(check_silence(tree.path), ElementsAre(HasSubstr("a.cpp:2: uses std::cerr")));
+}
+
+TEST(Checker, FindsAHeaderThatDoesNotCompileAlone) {
+    const FakeTree tree{{"its/good.h", "#pragma once\nint f();\n"}, {"its/bad.h", "std::string f();\n"}};
+    EXPECT_TRUE(compiles_alone(tree.path, "its/good.h"));
+    EXPECT_FALSE(compiles_alone(tree.path, "its/bad.h", "2>/dev/null"));
+}
+
+}  // namespace
+}  // namespace its::structure
