@@ -15,6 +15,7 @@
 #include <new>
 #include <type_traits>
 
+#include "base/memory.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "its/io.h"
@@ -87,7 +88,7 @@ void visit_facts(Shell& shell, Visit&& visit) {
     all(info.scale, info.cell_width, info.root.min.x, info.root.min.y, info.root.min.z, info.root.max.x,
         info.root.max.y, info.root.max.z);
     all(info.epsilon_inner, info.epsilon_outer, info.rounding);
-    all(info.surface_cells, info.cells, info.grid_points, info.memory_bytes);
+    all(info.surface_cells, info.cells, info.memory_bytes);
 }
 
 std::uint64_t to_word(double v) {
@@ -412,7 +413,8 @@ ShellData read_shell(const Source& source, const std::string& name) {
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", name, error.what()));
     } catch (const std::bad_alloc&) {
-        throw MemoryError(fmt::format("{}: needs {} bytes of memory, more than there are", name, source.size()));
+        throw MemoryError(
+            fmt::format("{}: needs {} of memory, more than is free", name, bytes_text(source.size())));
     }
 }
 
@@ -454,6 +456,11 @@ void save(const ThinShell& shell, const std::filesystem::path& path) {
 
 ThinShell load(const std::filesystem::path& path) {
     const FileSource source(path);
+    // A sparse file may claim, and have, any size; what is read takes as much memory as the file has bytes.
+    if (const std::uint64_t available = available_memory(); available > 0 && source.size() > available) {
+        throw MemoryError(fmt::format("{}: needs {} of memory, and {} are free", path.string(),
+                                      bytes_text(source.size()), bytes_text(available)));
+    }
     return ThinShell(std::make_shared<const ShellData>(read_shell(source, path.string())));
 }
 

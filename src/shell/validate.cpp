@@ -163,9 +163,9 @@ void check_info(const ShellData& shell) {
     require(std::isfinite(shell.epsilon_inner) && std::isfinite(shell.epsilon_outer) &&
                 shell.epsilon_inner <= 0 && shell.epsilon_outer >= 0,
             "ε₁ ≤ 0 ≤ ε₂ does not hold");
-    require(std::isfinite(info.epsilon_inner) && std::isfinite(info.epsilon_outer) && info.epsilon_inner <= 0 &&
-                info.epsilon_outer >= 0,
-            "ε₁ ≤ 0 ≤ ε₂ does not hold");
+    require(info.epsilon_inner == shell.lattice.width * shell.epsilon_inner &&
+                info.epsilon_outer == shell.lattice.width * shell.epsilon_outer,
+            "ε₁ and ε₂ differ between lattice and mesh units");
     require(info.depth == shell.lattice.depth && info.cell_width == shell.lattice.width &&
                 info.scale == shell.lattice.scale(),
             "the description does not match the lattice");
@@ -177,7 +177,10 @@ void check_info(const ShellData& shell) {
                 info.root.max == shell.lattice.position({side, side, side}),
             "the root cube does not match the lattice");
     require(std::isfinite(info.rounding) && info.rounding >= 0, "rounding {} is not a length", info.rounding);
-    require(info.surface_cells == shell.octree.surface_cells(), "the description does not match the octree");
+    std::uint64_t cells = 1;  // the root
+    for (const Level& level : shell.octree.levels) cells += 8 * level.groups();
+    require(info.surface_cells == shell.octree.surface_cells() && info.cells == cells,
+            "the description does not match the octree");
 }
 
 }  // namespace

@@ -77,7 +77,6 @@ void expect_same(const ShellData& a, const ShellData& b) {
     EXPECT_EQ(i.rounding, j.rounding);
     EXPECT_EQ(i.surface_cells, j.surface_cells);
     EXPECT_EQ(i.cells, j.cells);
-    EXPECT_EQ(i.grid_points, j.grid_points);
     EXPECT_EQ(i.memory_bytes, j.memory_bytes);
 }
 
