@@ -10,3 +10,25 @@ target_link_libraries(its PRIVATE nlohmann_json::nlohmann_json ${ITS_LIB3MF_LIBR
 # Boost.Multiprecision (headers): the predicates' fallback for coordinates outside the range of expansions.
 find_package(Boost 1.74 REQUIRED)
 target_link_libraries(its PRIVATE Boost::headers)
+
+# io: checksums of .its files
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+target_link_libraries(its PRIVATE PkgConfig::xxhash)
+
+# picture: text is set by FreeType in a font that is compiled in, so that no machine needs to have it.
+find_package(Freetype REQUIRED)
+target_link_libraries(its PRIVATE Freetype::Freetype)
+include(ItsEmbed)
+foreach(weight Regular Medium)
+  # The second choice where Debian's fonts-roboto-unhinted is not installed; it has no medium weight.
+  string(REPLACE Medium "-Bold" fallback ${weight})
+  string(REPLACE Regular "" fallback ${fallback})
+  find_file(ITS_FONT_${weight} NAMES Roboto-${weight}.ttf DejaVuSans${fallback}.ttf
+            PATHS /usr/share/fonts /usr/local/share/fonts
+            PATH_SUFFIXES truetype/roboto/unhinted/RobotoTTF truetype/roboto/unhinted truetype/dejavu
+            NO_DEFAULT_PATH REQUIRED)
+  string(TOLOWER font_${weight} function)
+  its_embed(${ITS_FONT_${weight}} ${function} ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
+  target_sources(its PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
+endforeach()

@@ -12,7 +12,8 @@ namespace its {
 void save(const ThinShell& shell, const std::filesystem::path& path);
 
 /// Reads a shell; checks magic, version, sizes and checksum, then every index and array in it.
-/// \throws FileError if it cannot be read; InputError if it is not a complete, valid .its file.
+/// \throws FileError if it cannot be read; InputError if it is not a complete, valid .its file; MemoryError if
+/// it is larger than the free memory.
 ThinShell load(const std::filesystem::path& path);
 
 }  // namespace its

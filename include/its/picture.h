@@ -27,7 +27,8 @@ struct Image {
 /// mesh's section in black, and a legend with values. \throws OptionError.
 Image slice(const ThinShell& shell, const SliceOptions& options = {});
 
-/// Writes a PNG to a temporary name that is then renamed. \throws FileError.
+/// Writes a PNG to a temporary name that is then renamed.
+/// \throws FileError; OptionError if the image has no pixels or not 3 bytes for each.
 void write_png(const Image& image, const std::filesystem::path& path);
 
 }  // namespace its

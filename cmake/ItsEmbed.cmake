@@ -1,0 +1,20 @@
+# its_embed(<file> <function> <output>): writes a C++ source whose function returns the bytes of the file.
+function(its_embed file function output)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  if(EXISTS ${output} AND ${output} IS_NEWER_THAN ${file} AND ${output} IS_NEWER_THAN ${CMAKE_CURRENT_FUNCTION_LIST_FILE})
+    return()
+  endif()
+  file(READ ${file} bytes HEX)
+  string(REGEX REPLACE "(................................................................)" "\\1\n" bytes "${bytes}")
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
+  file(WRITE ${output} "#include <span>
+namespace its {
+std::span<const unsigned char> ${function}();
+std::span<const unsigned char> ${function}() {
+    static constexpr unsigned char bytes[] = {
+${bytes}};
+    return bytes;
+}
+}  // namespace its
+")
+endfunction()

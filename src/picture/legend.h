@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+
+#include "picture/plot.h"
+#include "picture/text.h"
+
+/// Everything around the plots: text, axes, colour bar, key.
+namespace its {
+
+inline constexpr Rgb ink = {32, 34, 38}, pale_ink = {110, 115, 124}, hairline = {205, 208, 213},
+                     paper = {255, 255, 255};
+
+/// Draws text and lines in units of a thousandth of the plot's longer side.
+struct Pen {
+    Image& image;
+    Typesetter& type;
+    double unit;  ///< pixels
+
+    int pixels(double units) const;
+    /// A hairline from the left to the right end of a column; coordinates in pixels.
+    void rule(double x, double y, double width) const;
+};
+
+/// "−1.25·10⁻⁴", "0.0317", "12 800": `digits` significant digits, a power of ten where the number is small or
+/// large.
+std::string number_text(double value, int digits = 4);
+/// "33 926": groups of three digits, with thin spaces.
+std::string count_text(std::uint64_t value);
+
+/// Ticks and coordinates along the left and lower side of a plot.
+void draw_axes(const Pen& pen, const View& view, const Plane& plane);
+
+/// Title and table of facts; returns the y below it. x, y, width: the column, in pixels.
+double draw_facts(const Pen& pen, const ShellInfo& info, const Plane& plane, double at, double x, double y,
+                  double width);
+
+/// The colour bar for |f| ≤ range·s; returns the y below it.
+double draw_colour_bar(const Pen& pen, const DivergingMap& colours, bool has_inside, double range, double x,
+                       double y, double width);
+
+/// What the lines are; returns the y below it.
+double draw_key(const Pen& pen, const ShellInfo& info, double x, double y, double width);
+
+}  // namespace its

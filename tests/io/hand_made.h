@@ -1,0 +1,73 @@
+#pragma once
+
+#include "shell/shell_data.h"
+
+/// Small shells made by hand: tests of the format need no builder.
+namespace its::test {
+
+inline void describe(ShellData& shell) {
+    ShellInfo& info = shell.info;
+    const std::int64_t side = shell.lattice.cells();
+    info.depth = shell.lattice.depth;
+    info.sign = SignRule::unsigned_rule;
+    info.sign_reason = "made by hand";
+    info.mesh_vertices = shell.mesh.vertices.size();
+    info.mesh_triangles = shell.mesh.triangles.size();
+    info.scale = shell.lattice.scale();
+    info.cell_width = shell.lattice.width;
+    info.root = {shell.lattice.position({0, 0, 0}), shell.lattice.position({side, side, side})};
+    shell.epsilon_inner = -0.125;
+    shell.epsilon_outer = 0.5;
+    info.epsilon_inner = shell.epsilon_inner * shell.lattice.width;
+    info.epsilon_outer = shell.epsilon_outer * shell.lattice.width;
+    info.rounding = 1e-15;
+    info.surface_cells = shell.octree.surface_cells();
+    info.cells = 1;
+    for (const Level& level : shell.octree.levels) info.cells += 8 * level.groups();
+    info.memory_bytes = 1234;
+}
+
+inline void fill_arrays(ShellData& shell) {
+    for (const Level& level : shell.octree.levels) {
+        std::vector<double>& values = shell.field.values.emplace_back(level.groups() * group_points);
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] = double(i) / 8 - 1.0;
+    }
+    const std::uint64_t cells = shell.octree.surface_cells();
+    for (std::uint64_t i = 0; i < cells; ++i) {
+        shell.surface.lower.push_back(-0.125f);
+        shell.surface.upper.push_back(0.25f + float(i) / 64);
+        shell.surface.offset.push_back(shell.surface.triangle.size());
+        for (std::uint32_t t = 0; t <= i % shell.mesh.triangles.size(); ++t)
+            shell.surface.triangle.push_back(t);
+    }
+    shell.surface.offset.push_back(shell.surface.triangle.size());
+}
+
+/// K = 0: the root's eight children, two of which meet the mesh of one triangle.
+inline ShellData one_level() {
+    ShellData shell;
+    shell.mesh.vertices = {{0.5, 0.5, 0.5}, {1.5, 0.5, 0.5}, {0.5, 0.75, 0.625}};
+    shell.mesh.triangles = {{0, 1, 2}};
+    shell.lattice = {.depth = 0, .width = 1.0, .base = {0, 0, 0}};
+    shell.octree.depth = 0;
+    shell.octree.levels = {{.parent = {0}, .mask = {0b11}, .first = {0, 2}}};
+    fill_arrays(shell);
+    describe(shell);
+    return shell;
+}
+
+/// K = 1: two of the root's children are subdivided.
+inline ShellData two_levels() {
+    ShellData shell;
+    shell.mesh.vertices = {{0.5, 0.5, 0.5}, {1.5, 0.5, 0.5}, {0.5, 0.75, 0.625}, {3.25, 3, 3.5}, {0, -0.0, 4}};
+    shell.mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
+    shell.lattice = {.depth = 1, .width = 1.0, .base = {0, 0, 0}};
+    shell.octree.depth = 1;
+    shell.octree.levels = {{.parent = {0, 7}, .mask = {0b11, 0b10000001}, .first = {0, 2, 4}},
+                           {.parent = {0}, .mask = {0b10000001}, .first = {0, 2}}};
+    fill_arrays(shell);
+    describe(shell);
+    return shell;
+}
+
+}  // namespace its::test
