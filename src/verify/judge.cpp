@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "geometry/vec3.h"
+#include "verify/checks.h"
+
+namespace its {
+
+bool VerifyReport::passed() const {
+    return !checks.empty() && std::all_of(checks.begin(), checks.end(), [](const auto& c) { return c.passed; });
+}
+
+namespace verifier {
+
+// Coordinates lie in [0, 2^(K + 1)]; a rounding there is at most 2^(K + 1) · 2⁻⁵³ = one such unit.
+double coordinate_ulp(const Lattice& lattice) {
+    return std::ldexp(1.0, lattice.depth - 52);
+}
+
+// 3 units for the conversion to lattice coordinates, 6 for each of the 6 planes of a cell: 39. Then at most
+// 48 clips in coordinates of the cell, each 6 · 2⁻⁵³.
+double piece_error(const Lattice& lattice) {
+    return 40 * coordinate_ulp(lattice) + 48 * 6 * 0x1p-53;
+}
+
+// f changes by at most Σ|∂f/∂xᵢ| · error, and Σ|∂f/∂xᵢ| ≤ √3 · √3 for values of a distance; twice, for the
+// two sides that are compared.
+double proven_tolerance(const Lattice& lattice) {
+    return proof_tolerance + 6 * piece_error(lattice);
+}
+
+std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
+    // SplitMix64's finalizer (Steele, Lea, Flood 2014), once for each word.
+    const auto mix = [](std::uint64_t z) {
+        z += 0x9e3779b97f4a7c15;
+        z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
+        z = (z ^ z >> 27) * 0x94d049bb133111eb;
+        return z ^ z >> 31;
+    };
+    return mix(mix(mix(seed) ^ stream) ^ counter);
+}
+
+std::string place(const Vec3& p) {
+    return fmt::format("({:.9g}, {:.9g}, {:.9g})", p.x, p.y, p.z);
+}
+
+Vec3 from_lattice(const Lattice& lattice, const Vec3& p) {
+    return lattice.position({0, 0, 0}) + lattice.width * p;
+}
+
+namespace {
+
+void check_mesh(const ShellData& data, const Mesh& mesh) {
+    if (mesh.triangles.empty()) throw InputError("verify: the mesh has no triangles");
+    const std::int64_t n = data.lattice.cells();
+    const Vec3 low = data.lattice.position({0, 0, 0}), high = data.lattice.position({n, n, n});
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            if (v >= mesh.vertices.size())
+                throw InputError(fmt::format("verify: triangle {} uses vertex {}, which does not exist", t, v));
+            const Vec3& p = mesh.vertices[v];
+            if (!finite(p)) throw InputError(fmt::format("verify: vertex {} is not finite", v));
+            for (int axis = 0; axis < 3; ++axis)
+                if (p[axis] < low[axis] || p[axis] > high[axis])
+                    throw InputError(
+                        fmt::format("verify: vertex {} at {} is outside the shell's root cube; is this "
+                                    "the mesh that the shell was built from?",
+                                    v, place(p)));
+        }
+    }
+}
+
+}  // namespace
+
+VerifyReport judge(const ShellData& data, const Evaluation& value, const Mesh& mesh,
+                   const VerifyOptions& options) {
+    return with_threads(options.threads, [&] {
+        VerifyReport report;
+        if (!check_structure(data, options, report)) return report;  // the rest would read outside the arrays
+        check_mesh(data, mesh);
+        const View view(data);
+        const bool same = mesh.vertices == data.mesh.vertices && mesh.triangles == data.mesh.triangles;
+        const Job job{view, mesh, value, options, same};
+        check_samples(job, report);
+        check_all_of_mesh(job, report);
+        check_signs(job, report);
+        check_space(job, report);
+        return report;
+    });
+}
+
+}  // namespace verifier
+}  // namespace its

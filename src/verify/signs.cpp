@@ -1,0 +1,172 @@
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "base/parallel.h"
+#include "geometry/vec3.h"
+#include "verify/checks.h"
+
+namespace its::verifier {
+namespace {
+
+/// Point–triangle pairs that the check may cost at most: about ten seconds on one core.
+constexpr std::uint64_t work_limit = 500'000'000;
+
+/// Winding numbers closer to ½ than this are not decided: the sum's rounding for 10⁷ triangles is far less.
+constexpr double undecided_winding = 1e-6;
+
+double distance_to_segment(const Vec3& a, const Vec3& b) {  // from the origin
+    const Vec3 d = b - a;
+    const double length2 = dot(d, d);
+    const double t = length2 > 0 ? std::clamp(-dot(a, d) / length2, 0.0, 1.0) : 0.0;
+    // From the nearer end, so that the rounding is that of the shorter part.
+    return t < 0.5 ? norm(a + t * d) : norm(b - (1 - t) * d);
+}
+
+/// Distance of the origin from the triangle: the least of its edges' and, where the foot of the
+/// perpendicular is inside, of its plane's.
+double distance_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double edges =
+        std::min({distance_to_segment(a, b), distance_to_segment(b, c), distance_to_segment(c, a)});
+    const Vec3 n = cross(b - a, c - a);
+    const double length = norm(n);
+    if (!(length > 0)) return edges;
+    // The foot is inside where the origin is on the inner side of the three planes through the edges along n.
+    const bool inside =
+        dot(cross(b - a, n), a) >= 0 && dot(cross(c - b, n), b) >= 0 && dot(cross(a - c, n), c) >= 0;
+    return inside ? std::min(edges, std::abs(dot(n, a)) / length) : edges;
+}
+
+/// Half the solid angle of the triangle seen from the origin, positive from behind (Van Oosterom, Strackee
+/// 1983).
+double half_solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double la = norm(a), lb = norm(b), lc = norm(c);
+    const double triple = dot(a, cross(b, c));
+    const double base = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+    return triple == 0 && base == 0 ? 0.0 : std::atan2(triple, base);
+}
+
+struct Tally {
+    std::uint64_t signs = 0, wrong_sign = 0, undecided = 0, distances = 0, wrong_distance = 0;
+    double winding_gap = std::numeric_limits<double>::infinity();  ///< least |winding − ½| among decided signs
+    double nearest_wrong = 0;   ///< largest distance of a wrong sign, mesh units
+    double distance_error = 0;  ///< mesh units
+    Vec3 wrong_at, distance_at;
+};
+
+struct GridPoint {
+    int level = 0;
+    std::uint64_t group = 0;
+    int point = 0;
+};
+
+/// Half of the samples on level 0, the others on a level chosen evenly; within a level evenly by group.
+/// LSCG's sums are distances only where all levels are counted: on level 0.
+GridPoint choose(const ShellData& data, std::uint64_t seed, std::uint64_t i) {
+    GridPoint out;
+    const auto below = [&](std::uint64_t stream, std::uint64_t n) {
+        return std::min(std::uint64_t(random_unit(seed, stream, i) * double(n)), n - 1);
+    };
+    if (data.info.solver == Solver::direct && random_bits(seed, 10, i) & 1)
+        out.level = int(below(11, data.octree.levels.size()));
+    out.group = below(12, data.octree.levels[out.level].groups());
+    out.point = int(below(13, group_points));
+    return out;
+}
+
+void check_point(const Job& job, const GridPoint& at, Tally& tally) {
+    const ShellData& data = job.view.data();
+    const double w = data.lattice.width;
+    const Cell parent = morton_decode(data.octree.levels[at.level].parent[at.group]);
+    const int local[3] = {at.point % 3, at.point / 3 % 3, at.point / 9};
+    std::array<std::int64_t, 3> index;
+    for (int axis = 0; axis < 3; ++axis)
+        index[axis] = (2 * std::int64_t(parent[axis]) + local[axis]) << at.level;
+    const Vec3 p = data.lattice.position(index);
+    const double stored = data.field.values[at.level][group_points * at.group + at.point] * w;
+
+    double distance = std::numeric_limits<double>::infinity(), angle = 0;
+    const bool with_sign = data.info.sign != SignRule::unsigned_rule;
+    for (const Triangle& t : job.mesh.triangles) {
+        const Vec3 a = job.mesh.vertices[t[0]] - p, b = job.mesh.vertices[t[1]] - p,
+                   c = job.mesh.vertices[t[2]] - p;
+        distance = std::min(distance, distance_to_triangle(a, b, c));
+        if (with_sign) angle += half_solid_angle(a, b, c);
+    }
+    const double tolerance = distance_tolerance * w * data.lattice.cells();
+    if (data.info.solver == Solver::direct) {
+        ++tally.distances;
+        const double error = std::abs(std::abs(stored) - distance);
+        if (!(error <= tolerance)) ++tally.wrong_distance;
+        if (error > tally.distance_error) tally.distance_error = error, tally.distance_at = p;
+    }
+    const double winding = angle / (2 * std::numbers::pi);
+    if (with_sign && (distance <= tolerance || std::abs(winding - 0.5) <= undecided_winding)) {
+        ++tally.undecided;  // on M, or on the border of "inside"
+        return;
+    }
+    ++tally.signs;
+    const bool inside = with_sign && winding > 0.5;
+    if (with_sign) tally.winding_gap = std::min(tally.winding_gap, std::abs(winding - 0.5));
+    if (inside ? !(stored < 0) : !(stored >= 0)) {
+        ++tally.wrong_sign;
+        if (distance >= tally.nearest_wrong) tally.nearest_wrong = distance, tally.wrong_at = p;
+    }
+}
+
+Tally check_points(const Job& job, std::uint64_t samples) {
+    Stage stage(job.options.progress, "verify: signs", samples);
+    std::vector<Tally> tallies(samples);
+    parallel_for(samples, 1, [&](std::uint64_t i) {
+        check_point(job, choose(job.view.data(), job.options.seed, i), tallies[i]);
+        stage.advance(1);
+    });
+    Tally sum;
+    for (const Tally& t : tallies) {
+        sum.signs += t.signs, sum.wrong_sign += t.wrong_sign, sum.undecided += t.undecided;
+        sum.distances += t.distances, sum.wrong_distance += t.wrong_distance;
+        sum.winding_gap = std::min(sum.winding_gap, t.winding_gap);
+        if (t.nearest_wrong > sum.nearest_wrong) sum.nearest_wrong = t.nearest_wrong, sum.wrong_at = t.wrong_at;
+        if (t.distance_error > sum.distance_error)
+            sum.distance_error = t.distance_error, sum.distance_at = t.distance_at;
+    }
+    return sum;
+}
+
+}  // namespace
+
+void check_signs(const Job& job, VerifyReport& report) {
+    const ShellData& data = job.view.data();
+    const std::uint64_t allowed = std::max<std::uint64_t>(work_limit / job.mesh.triangles.size(), 1);
+    const std::uint64_t samples = std::min(job.options.sign_samples, allowed);
+    const Tally sum = check_points(job, samples);
+    const std::string capped = samples < job.options.sign_samples
+                                   ? fmt::format(" (of {} asked: too many triangles)", job.options.sign_samples)
+                                   : std::string();
+
+    VerifyCheck signs{"G3 signs", sum.wrong_sign == 0, sum.signs, sum.wrong_sign, -sum.nearest_wrong, ""};
+    if (data.info.sign == SignRule::unsigned_rule)
+        signs.detail = fmt::format("unsigned: {} grid points{} have values ≥ 0", sum.signs, capped);
+    else
+        signs.detail = fmt::format(
+            "{} grid points{}; {} on M or at winding number ½ left out; the winding number "
+            "nearest to ½ differs by {:.3g}",
+            sum.signs, capped, sum.undecided, sum.signs ? sum.winding_gap : 0.0);
+    if (sum.wrong_sign > 0) signs.detail += fmt::format("; wrong at {}", place(sum.wrong_at));
+    report.checks.push_back(signs);
+
+    const double tolerance = distance_tolerance * data.lattice.width * data.lattice.cells();
+    VerifyCheck distances{"G3 distances",     sum.wrong_distance == 0,        sum.distances,
+                          sum.wrong_distance, tolerance - sum.distance_error, ""};
+    distances.detail =
+        data.info.solver == Solver::direct
+            ? fmt::format("|f| of grid points{} against all triangles: largest difference {:.3g} at {}", capped,
+                          sum.distance_error, place(sum.distance_at))
+            : "not compared: LSCG solves for the distances to its own tolerance";
+    report.checks.push_back(distances);
+}
+
+}  // namespace its::verifier

@@ -1,0 +1,119 @@
+#include "verify/view.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace its::verifier {
+
+std::uint64_t View::group(int level, const Cell& parent) const {
+    const std::vector<std::uint64_t>& codes = data_.octree.levels[level].parent;
+    const std::uint64_t code = morton_encode(parent);
+    const auto it = std::lower_bound(codes.begin(), codes.end(), code);
+    return it != codes.end() && *it == code ? std::uint64_t(it - codes.begin()) : no_group;
+}
+
+CellEntry View::cell_of(std::uint64_t group, const Cell& cell) const {
+    CellEntry entry;
+    entry.group = group;
+    entry.child = int(cell[0] & 1) + 2 * int(cell[1] & 1) + 4 * int(cell[2] & 1);
+    if (entry.group == no_group) return entry;
+    const Level& level = data_.octree.levels[0];
+    const unsigned mask = level.mask[entry.group];
+    entry.marked = mask >> entry.child & 1;
+    entry.surface = level.first[entry.group] + std::popcount(mask & ((1u << entry.child) - 1));
+    return entry;
+}
+
+bool View::stored(int level, const std::array<std::int64_t, 3>& g, double& value) const {
+    // The groups that touch g have parent (g − 1) >> 1 or g >> 1 on each axis: the same where g is odd.
+    const std::int64_t parents = std::int64_t{1} << (data_.octree.depth - level);
+    for (int side = 0; side < 8; ++side) {
+        Cell parent;
+        int index = 0, stride = 1;
+        bool valid = true;
+        for (int axis = 0; axis < 3; ++axis, stride *= 3) {
+            const bool upper = side >> axis & 1;
+            if (upper && (g[axis] & 1)) valid = false;  // already seen from the lower side
+            const std::int64_t p = upper ? g[axis] >> 1 : (g[axis] - 1) >> 1;
+            if (p < 0 || p >= parents) valid = false;
+            parent[axis] = std::uint32_t(p);
+            index += stride * int(g[axis] - 2 * p);
+        }
+        if (!valid) continue;
+        const std::uint64_t found = group(level, parent);
+        if (found == no_group) continue;
+        value = data_.field.values[level][group_points * found + index];
+        return true;
+    }
+    return false;
+}
+
+long double View::sum_from(int level, const Point3& x) const {
+    const std::int64_t cells = std::int64_t{2} << (data_.octree.depth - level);
+    std::array<std::int64_t, 3> low;
+    Point3 t;
+    for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::clamp(std::int64_t(std::floor(x[axis])), std::int64_t{0}, cells - 1);
+        t[axis] = x[axis] - low[axis];
+    }
+    double value[8];
+    unsigned known = 0;
+    for (int c = 0; c < 8; ++c)
+        if (stored(level, {low[0] + (c & 1), low[1] + (c >> 1 & 1), low[2] + (c >> 2)}, value[c]))
+            known |= 1u << c;
+    // Without a grid point, no hat of this level reaches the cell. Level `depth` has all 27 points of the root.
+    if (known == 0 && level < data_.octree.depth) return sum_from(level + 1, {x[0] / 2, x[1] / 2, x[2] / 2});
+    long double sum = 0;
+    for (int c = 0; c < 8; ++c) {
+        long double weight = 1;
+        Point3 corner;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int upper = c >> axis & 1;
+            weight *= upper ? t[axis] : 1 - t[axis];
+            corner[axis] = (low[axis] + upper) / 2.0L;
+        }
+        if (weight != 0) sum += weight * (known >> c & 1 ? (long double)value[c] : sum_from(level + 1, corner));
+    }
+    return sum;
+}
+
+void View::corners(const Cell& cell, const CellEntry& entry, double (&out)[8]) const {
+    for (int c = 0; c < 8; ++c) {
+        if (entry.group != no_group) {
+            out[c] = data_.field.values[0][group_points * entry.group + group_point(entry.child, c)];
+        } else {
+            const Point3 corner = {(long double)cell[0] + (c & 1), (long double)cell[1] + (c >> 1 & 1),
+                                   (long double)cell[2] + (c >> 2)};
+            out[c] = double(sum_from(0, corner));
+        }
+    }
+}
+
+long double trilinear(const double (&corner)[8], const Point3& t) {
+    long double sum = 0;
+    for (int c = 0; c < 8; ++c) {
+        const long double x = c & 1 ? t[0] : 1 - t[0];
+        const long double y = c >> 1 & 1 ? t[1] : 1 - t[1];
+        const long double z = c >> 2 ? t[2] : 1 - t[2];
+        sum += x * y * z * corner[c];
+    }
+    return sum;
+}
+
+std::array<double, 3> slopes(const double (&corner)[8]) {
+    std::array<double, 3> out = {};
+    for (int axis = 0; axis < 3; ++axis)
+        for (int c = 0; c < 8; ++c)
+            if (!(c >> axis & 1)) out[axis] = std::max(out[axis], std::abs(corner[c | 1 << axis] - corner[c]));
+    return out;
+}
+
+Point3 to_lattice(const Lattice& lattice, const Vec3& p) {
+    Point3 out;
+    for (int axis = 0; axis < 3; ++axis)
+        out[axis] = ((long double)p[axis] - lattice.position(axis, 0)) / lattice.width;
+    return out;
+}
+
+}  // namespace its::verifier
