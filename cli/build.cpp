@@ -28,10 +28,10 @@ std::optional<int> parse_depth(const std::string& text) {
     return depth;
 }
 
-void print_report(const Options& options, const ShellInfo& info, const BuildTimes& times, double read,
+void print_report(const Options& options, const ThinShell& shell, const BuildTimes& times, double read,
                   double write) {
     Table table;
-    add_shell_rows(table, info);
+    add_shell_rows(table, shell);
     table.row("Time", seconds_text(times.total));
     table.row("  octree", seconds_text(times.octree));
     table.row("  distance", seconds_text(times.distance));
@@ -43,9 +43,9 @@ void print_report(const Options& options, const ShellInfo& info, const BuildTime
     table.print();
 }
 
-void print_build_json(const Options& options, const MeshFile& file, const ShellInfo& info,
+void print_build_json(const Options& options, const MeshFile& file, const ThinShell& shell,
                       const BuildTimes& times, double read, double write) {
-    Json json = shell_json(info);
+    Json json = shell_json(shell);
     json["mesh"]["file"] = options.mesh;
     json["mesh"]["format"] = file.format;
     json["mesh"]["warnings"] = file.warnings;
@@ -76,9 +76,9 @@ int run(const Options& options) {
     save(shell, options.output);
     const double write = writing.seconds();
     if (options.common.json)
-        print_build_json(options, file, shell.info(), times, read, write);
+        print_build_json(options, file, shell, times, read, write);
     else if (!options.common.quiet)
-        print_report(options, shell.info(), times, read, write);
+        print_report(options, shell, times, read, write);
     return done;
 }
 

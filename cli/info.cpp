@@ -18,14 +18,14 @@ int run(const Options& options) {
     const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
     const std::uint64_t file_bytes = std::filesystem::file_size(options.shell);
     if (options.common.json) {
-        Json json = shell_json(shell.info());
+        Json json = shell_json(shell);
         json["file"] = options.shell;
         json["file_bytes"] = file_bytes;
         print_json(json);
     } else if (!options.common.quiet) {
         Table table;
         table.row("File", fmt::format("{}, {}", options.shell, bytes_text(file_bytes)));
-        add_shell_rows(table, shell.info());
+        add_shell_rows(table, shell);
         const Box& root = shell.info().root;
         table.row("Root cube", fmt::format("({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", root.min.x,
                                            root.min.y, root.min.z, root.max.x, root.max.y, root.max.z));

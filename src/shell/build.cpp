@@ -5,6 +5,7 @@
 #include "base/parallel.h"
 #include "distance/grid_distance.h"
 #include "distance/winding.h"
+#include "field/lscg.h"
 #include "octree/voxelise.h"
 #include "shell/budget.h"
 #include "shell/extremes.h"
@@ -15,6 +16,7 @@ namespace its {
 namespace {
 
 constexpr std::uint64_t vertex_grain = 16384;
+constexpr double lscg_tolerance = 1e-14;  // relative residual of the normal equations; see docs/design/field.md
 
 void check_options(const BuildOptions& options) {
     if (options.depth && (*options.depth < 0 || *options.depth > max_depth))
@@ -115,7 +117,9 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         spent.distance = distance_time.seconds();
 
         const Stopwatch field_time;
-        shell->field = solve_direct(std::move(distance));
+        shell->field = options.solver == Solver::direct
+                           ? solve_direct(std::move(distance))
+                           : solve_lscg(shell->octree, {std::move(distance)}, lscg_tolerance, options.progress, nullptr);
         spent.field = field_time.seconds();
 
         const Stopwatch extrema_time;

@@ -1,15 +1,16 @@
 #include "shell/extremes.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 
 #include "base/parallel.h"
 #include "base/rounding.h"
-#include "base/simd.h"
 #include "geometry/bernstein.h"
 #include "geometry/clip.h"
+#include "shell/candidates.h"
 
 namespace its {
 
@@ -27,7 +28,7 @@ struct CellView {
     std::uint64_t group;  // of level 0
     int child;
     Vec3 corner;
-    double value[8];
+    std::array<double, 8> value;
 };
 
 /// Surface cells, polygons and bounds of one mesh.
@@ -137,7 +138,7 @@ Bounds refine(const Surface& surface, const CellView& view, double least, double
     std::vector<Piece> pieces;
     Bounds result = nothing;
     const auto place = [&](const Sample& p, const Sample& q, const Sample& r) {
-        const Bounds b = bernstein_bounds(view.value, p, q, r);
+        const Bounds b = bernstein_bounds(view.value.data(), p, q, r);
         least = std::min(least, b.least);
         most = std::max(most, b.most);
         const bool open = b.upper > most + extreme_gap || b.lower < least - extreme_gap;
@@ -148,14 +149,14 @@ Bounds refine(const Surface& surface, const CellView& view, double least, double
     };
     surface.for_polygons(view, [&](const Polygon& polygon) {
         Sample s[Polygon::capacity];
-        for (int i = 0; i < polygon.size; ++i) s[i] = sample(view.value, polygon.vertex[i]);
+        for (int i = 0; i < polygon.size; ++i) s[i] = sample(view.value.data(), polygon.vertex[i]);
         for (int i = 2; i < polygon.size; ++i) place(s[0], s[i - 1], s[i]);
     });
     for (std::size_t done = 0; done < pieces.size(); ++done) {
         const Piece t = pieces[done];
-        const Sample pq = sample(view.value, 0.5 * (t.p.at + t.q.at));
-        const Sample qr = sample(view.value, 0.5 * (t.q.at + t.r.at));
-        const Sample rp = sample(view.value, 0.5 * (t.r.at + t.p.at));
+        const Sample pq = sample(view.value.data(), 0.5 * (t.p.at + t.q.at));
+        const Sample qr = sample(view.value.data(), 0.5 * (t.q.at + t.r.at));
+        const Sample rp = sample(view.value.data(), 0.5 * (t.r.at + t.p.at));
         place(t.p, pq, rp);
         place(pq, t.q, qr);
         place(rp, qr, t.r);
@@ -195,6 +196,30 @@ void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::v
     }
 }
 
+/// The paper's way: extremes attained at the candidate points of every polygon.
+void paper_extremes(const Surface& surface, double& least, double& most, const Progress& progress) {
+    const std::uint64_t groups = surface.level().groups();
+    Stage stage(progress, "extremes", groups);
+    std::vector<Range> found(chunk_count(groups, group_grain), Range{infinity, -infinity, {}, {}});
+    for_chunks(groups, group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        for (std::uint64_t cell = surface.level().first[begin]; cell < surface.level().first[end]; ++cell) {
+            const CellView view = surface.view(cell);
+            surface.for_polygons(view, [&](const Polygon& polygon) {
+                const Range r = candidate_extremes(view.value, {polygon.vertex, std::size_t(polygon.size)});
+                found[chunk].min = std::min(found[chunk].min, r.min);
+                found[chunk].max = std::max(found[chunk].max, r.max);
+            });
+        }
+        stage.advance(end - begin);
+    });
+    least = infinity;
+    most = -infinity;
+    for (const Range& r : found) {
+        least = std::min(least, r.min);
+        most = std::max(most, r.max);
+    }
+}
+
 }  // namespace
 
 Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
@@ -219,10 +244,10 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
                 std::uint64_t cell = level.first[group];
                 for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
                     const CellView view = surface.view(group, std::countr_zero(mask), cell);
-                    part.steepness.include(view.value);
+                    part.steepness.include(view.value.data());
                     Bounds b = nothing;
                     surface.for_polygons(
-                        view, [&](const Polygon& polygon) { b.include(polygon_bounds(view.value, polygon)); });
+                        view, [&](const Polygon& polygon) { b.include(polygon_bounds(view.value.data(), polygon)); });
                     // A cell that voxelisation took to be on the safe side may hold nothing of M.
                     lower[cell] = b.lower;
                     upper[cell] = b.upper;
@@ -250,7 +275,7 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
             result.upper = std::max(result.upper, upper[c]);
         }
     } else {
-        result.lower = least, result.upper = most;
+        paper_extremes(surface, result.lower, result.upper, progress);
     }
     result.lower -= result.rounding;
     result.upper += result.rounding;
