@@ -208,18 +208,21 @@ public:
         for (int i = 0; i < count; ++i) solved[shape.inner[i]] = std::sqrt(packet_.squared[i]);
     }
 
-    /// Sees list(level), the candidates of the group, from the centres of its eight child cubes.
+    /// Sees list(level), the candidates of the group, from the centres of its subdivided children's cubes.
     void open(int level, std::uint64_t group) {
         const double half = std::ldexp(0.5, level);
         const Cell parent = morton_decode(octree_.levels[level].parent[group]);
-        Points centres;
+        ChildCubes cubes;
+        cubes.half = half;
         for (int c = 0; c < lanes; ++c) {
-            centres.x[c] = half * (4.0 * parent[0] + 1 + 2 * (c & 1));
-            centres.y[c] = half * (4.0 * parent[1] + 1 + 2 * (c >> 1 & 1));
-            centres.z[c] = half * (4.0 * parent[2] + 1 + 2 * (c >> 2));
+            cubes.centre.x[c] = half * (4.0 * parent[0] + 1 + 2 * (c & 1));
+            cubes.centre.y[c] = half * (4.0 * parent[1] + 1 + 2 * (c >> 1 & 1));
+            cubes.centre.z[c] = half * (4.0 * parent[2] + 1 + 2 * (c >> 2));
+            const bool subdivided = octree_.levels[level].mask[group] >> c & 1;
+            cubes.limit[c] = subdivided ? limit(level, group, c, infinity) : -infinity;
         }
         opened_[level].clear();
-        for (const Candidate& c : lists_[level]) open_node(c.level, c.index, centres, half, opened_[level]);
+        for (const Candidate& c : lists_[level]) open_node(c.level, c.index, cubes, opened_[level]);
     }
 
     /// Puts into list(level − 1) the nodes of open() that can be nearest to a point of child c's cube, and seeds
@@ -227,25 +230,16 @@ public:
     void pass_on(int level, std::uint64_t group, int child, std::uint64_t child_group) {
         const double* const known = &distance_[level][group_points * group];
         double* const seed = &distance_[level - 1][group_points * child_group];
-        double least = infinity, most = 0;
-        for (int corner = 0; corner < 8; ++corner) {
-            const double d = known[group_point(child, corner)];
-            seed[corner_point(corner)] = d;
-            least = std::min(least, d);
-            most = std::max(most, d);
-        }
+        for (int corner = 0; corner < 8; ++corner) seed[corner_point(corner)] = known[group_point(child, corner)];
         const std::vector<Opened>& opened = opened_[level];
-        double at_centre = least + std::sqrt(3.0) * std::ldexp(0.5, level);
+        double at_centre = infinity;
         for (const Opened& o : opened)
             if (o.level == 0) at_centre = std::min(at_centre, o.distance[child]);
-        // Every point of the cube is within `radius` of the centre and of a corner. Let B bound the distance
-        // over the cube: a node is out if even the cube's nearest point to it is farther than B.
-        const double radius = std::sqrt(3.0) * std::ldexp(0.5, level);
-        const double limit = std::min(at_centre, most) + 2 * radius + 2 * slack_;
+        const double farthest = limit(level, group, child, at_centre);
         std::vector<Candidate>& list = lists_[level - 1];
         list.clear();
         for (const Opened& o : opened)
-            if (o.distance[child] < limit) list.push_back({o.level, o.index, o.distance[child]});
+            if (o.distance[child] < farthest) list.push_back({o.level, o.index, o.distance[child]});
     }
 
 private:
@@ -270,24 +264,47 @@ private:
         }
     }
 
-    /// Appends the node, or what it consists of where it is much larger than the cubes.
-    void open_node(std::uint32_t level, std::uint32_t index, const Points& centres, double half,
-                   std::vector<Opened>& out) {
-        const auto& s = tree_.levels[level];
-        if (level > 0 && s.radius[index] > open_factor * half) {
+    /// How far from the centre of child c's cube anything that is nearest to a point of the cube can be. Every point
+    /// is within `radius` of the centre and of a corner: let B = min(D(centre), largest D(corner)) + radius, then no
+    /// point of the cube is farther than B from M, and what is farther than B + radius from the centre is farther
+    /// than B from all of the cube. `at_centre`: an upper bound on D(centre), besides those from the corners.
+    double limit(int level, std::uint64_t group, int child, double at_centre) const {
+        const double radius = std::sqrt(3.0) * std::ldexp(0.5, level);
+        const double* const known = &distance_[level][group_points * group];
+        double least = infinity, most = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            least = std::min(least, known[group_point(child, corner)]);
+            most = std::max(most, known[group_point(child, corner)]);
+        }
+        return std::min({at_centre, least + radius, most}) + 2 * radius + 2 * slack_;
+    }
+
+    struct ChildCubes {
+        Points centre;
+        double half;
+        double limit[lanes];
+    };
+
+    /// Appends the node, or what it consists of where it is much larger than the cubes, unless it is out of reach
+    /// of all.
+    void open_node(std::uint32_t level, std::uint32_t index, const ChildCubes& cubes, std::vector<Opened>& out) {
+        const Sphere s = sphere(level, index);
+        double distance[lanes];
+        sphere_distances(cubes.centre, s.x, s.y, s.z, s.radius, distance);
+        bool near = false;
+        for (int c = 0; c < lanes; ++c) near |= distance[c] < cubes.limit[c];
+        if (!near) return;
+        if (level > 0 && s.radius > open_factor * cubes.half) {
             const std::uint32_t begin = std::uint32_t(TriangleTree::arity) * index;
-            for (std::uint32_t i = begin; i < begin + TriangleTree::arity; ++i)
-                if (!is_padding(level - 1, i)) open_node(level - 1, i, centres, half, out);
+            for (std::uint32_t i = begin; i < begin + TriangleTree::arity; ++i) open_node(level - 1, i, cubes, out);
             return;
         }
         Opened& o = out.emplace_back();
         o.level = level;
         o.index = index;
-        if (level == 0) triangle_distances(centres, tree_.block[index / lanes], index % lanes, o.distance);
-        else sphere_distances(centres, s.x[index], s.y[index], s.z[index], s.radius[index], o.distance);
+        if (level == 0) triangle_distances(cubes.centre, tree_.block[index / lanes], index % lanes, o.distance);
+        else std::copy(distance, distance + lanes, o.distance);
     }
-
-    bool is_padding(std::uint32_t level, std::uint32_t index) const { return tree_.levels[level].radius[index] == 0; }
 
     /// Improves the packet by all triangles below the node that can be nearest to one of its points.
     void visit(std::uint32_t level, std::uint32_t index) {

@@ -58,10 +58,10 @@ std::uint64_t memory_of(const ShellData& shell) {
     return bytes;
 }
 
-std::uint64_t cells_of(const Octree& octree) {
-    std::uint64_t cells = 1;  // the root
-    for (const Level& level : octree.levels) cells += 8 * level.groups();
-    return cells;
+std::uint64_t groups_of(const Octree& octree) {
+    std::uint64_t groups = 0;
+    for (const Level& level : octree.levels) groups += level.groups();
+    return groups;
 }
 
 ShellInfo describe(const ShellData& shell, const MeshReport& report) {
@@ -79,7 +79,7 @@ ShellInfo describe(const ShellData& shell, const MeshReport& report) {
     info.epsilon_inner = lattice.width * shell.epsilon_inner;
     info.epsilon_outer = lattice.width * shell.epsilon_outer;
     info.surface_cells = shell.octree.surface_cells();
-    info.cells = cells_of(shell.octree);
+    info.cells = 8 * groups_of(shell.octree) + 1;  // the root is in no group
     info.memory_bytes = memory_of(shell);
     return info;
 }
@@ -95,7 +95,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         const auto [sign, reason] = choose_sign(report, options);
         const int depth = options.depth ? *options.depth : automatic_depth(mesh, options.max_memory);
         const MemoryBudget budget(mesh, depth, options.max_memory);
-        budget.check_estimate();
+        budget.check(estimate_size(mesh, depth));
 
         auto shell = std::make_shared<ShellData>();
         shell->mesh = mesh;
@@ -108,6 +108,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
                                      budget.check_level(level, cells, pairs);
                                  });
         shell->octree = make_octree(depth, voxels.cell);
+        budget.check({mesh.triangles.size(), groups_of(shell->octree), voxels.cell.size(), voxels.triangle.size()});
         spent.octree = octree_time.seconds();
 
         const Stopwatch distance_time;
@@ -149,8 +150,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
 }
 
 std::uint64_t estimate_memory(const Mesh& mesh, int depth) {
-    const CellEstimate e = estimate_cells(mesh, depth);
-    return build_bytes(mesh.triangles.size(), std::uint64_t(e.surface_cells), std::uint64_t(e.pairs));
+    return build_bytes(estimate_size(mesh, depth));
 }
 
 }  // namespace its

@@ -71,8 +71,9 @@ public:
     void for_polygons(const CellView& v, F&& fn) const {
         for (std::uint64_t p = offset_[v.cell]; p < offset_[v.cell + 1]; ++p) {
             const Triangle& t = triangles_[triangle_[p]];
-            const Polygon polygon = clip_to_cell(positions_[t[0]] - v.corner, positions_[t[1]] - v.corner,
-                                                 positions_[t[2]] - v.corner, margin_);
+            Polygon polygon;
+            clip_to_cell(positions_[t[0]] - v.corner, positions_[t[1]] - v.corner, positions_[t[2]] - v.corner,
+                         margin_, polygon);
             if (polygon.size > 0) fn(polygon);
         }
     }
@@ -118,15 +119,17 @@ float rounded_down(double x) {
 }
 float rounded_up(double x) { return -rounded_down(-x); }
 
-Bounds polygon_bounds(const double* corners, const Polygon& polygon) {
-    Sample s[Polygon::capacity];
-    for (int i = 0; i < polygon.size; ++i) s[i] = sample(corners, polygon.vertex[i]);
-    if (polygon.size < 3) {  // cannot come from the clip, but a hull of less than a triangle is bounded just so
-        return bernstein_bounds(corners, s[0], s[polygon.size - 1], s[0]);
+/// fn(p, q, r) for each triangle of the polygon's fan; a polygon that is a point or a segment gives one.
+template <class F>
+void for_fan(const double* corners, const Polygon& polygon, F&& fn) {
+    const Sample apex = sample(corners, polygon.vertex(0));
+    Sample last = sample(corners, polygon.vertex(std::min(1, polygon.size - 1)));
+    if (polygon.size < 3) fn(apex, last, last);
+    for (int i = 2; i < polygon.size; ++i) {
+        const Sample next = sample(corners, polygon.vertex(i));
+        fn(apex, last, next);
+        last = next;
     }
-    Bounds b = bernstein_bounds(corners, s[0], s[1], s[2]);
-    for (int i = 3; i < polygon.size; ++i) b.include(bernstein_bounds(corners, s[0], s[i - 1], s[i]));
-    return b;
 }
 
 /// Branch and bound in one cell: subdivides the polygons where a bound exceeds the attained extremes by more than
@@ -148,9 +151,7 @@ Bounds refine(const Surface& surface, const CellView& view, double least, double
         result.most = std::max(result.most, b.most);
     };
     surface.for_polygons(view, [&](const Polygon& polygon) {
-        Sample s[Polygon::capacity];
-        for (int i = 0; i < polygon.size; ++i) s[i] = sample(view.value.data(), polygon.vertex[i]);
-        for (int i = 2; i < polygon.size; ++i) place(s[0], s[i - 1], s[i]);
+        for_fan(view.value.data(), polygon, place);
     });
     for (std::size_t done = 0; done < pieces.size(); ++done) {
         const Piece t = pieces[done];
@@ -205,7 +206,9 @@ void paper_extremes(const Surface& surface, double& least, double& most, const P
         for (std::uint64_t cell = surface.level().first[begin]; cell < surface.level().first[end]; ++cell) {
             const CellView view = surface.view(cell);
             surface.for_polygons(view, [&](const Polygon& polygon) {
-                const Range r = candidate_extremes(view.value, {polygon.vertex, std::size_t(polygon.size)});
+                std::array<Vec3, Polygon::capacity> vertices;
+                for (int i = 0; i < polygon.size; ++i) vertices[std::size_t(i)] = polygon.vertex(i);
+                const Range r = candidate_extremes(view.value, {vertices.data(), std::size_t(polygon.size)});
                 found[chunk].min = std::min(found[chunk].min, r.min);
                 found[chunk].max = std::max(found[chunk].max, r.max);
             });
@@ -246,8 +249,11 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
                     const CellView view = surface.view(group, std::countr_zero(mask), cell);
                     part.steepness.include(view.value.data());
                     Bounds b = nothing;
-                    surface.for_polygons(
-                        view, [&](const Polygon& polygon) { b.include(polygon_bounds(view.value.data(), polygon)); });
+                    surface.for_polygons(view, [&](const Polygon& polygon) {
+                        for_fan(view.value.data(), polygon, [&](const Sample& p, const Sample& q, const Sample& r) {
+                            b.include(bernstein_bounds(view.value.data(), p, q, r));
+                        });
+                    });
                     // A cell that voxelisation took to be on the safe side may hold nothing of M.
                     lower[cell] = b.lower;
                     upper[cell] = b.upper;
