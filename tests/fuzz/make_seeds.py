@@ -85,6 +85,7 @@ def threemf():
              '</triangles></mesh></object><object id="2" type="model"><components><component objectid="1"/>'
              '<component objectid="1" transform="0 1 0 -1 0 0 0 0 1 5 0 0"/></components></object></resources>'
              '<build><item objectid="2" transform="1 0 0 0 1 0 0 0 1 0 0 7"/></build></model>')
+    put("3mf_model/model.xml", model)
     parts = {
         "[Content_Types].xml": '<?xml version="1.0" encoding="UTF-8"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
         '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'

@@ -358,7 +358,7 @@ TEST(Ply, SaysWhatIsWrong) {
         }),
         HasSubstr("vertex_indices"));
     EXPECT_THAT(error_of([&] { parse_ply(ascii + vertices + faces + "end_header\n0 0 0 1 x 0"); }),
-                HasSubstr("line 9: a number"));
+                HasSubstr("line 10: a number"));
     EXPECT_THAT(
         error_of([&] { parse_ply(ascii + vertices + faces + "end_header\n0 0 0 1 0 0 0 1 0 -3 0 1 2"); }),
         HasSubstr("length -3"));
@@ -554,7 +554,7 @@ TEST(ThreeMf, RepeatedPartsMayNotGrowWithoutBound) {
             fmt::format("<object id=\"{}\" type=\"model\"><components>{}{}</components></object>", i, one, one);
     }
     EXPECT_THAT(error_of([&] { parse_3mf(samples::threemf(objects, R"(<item objectid="40"/>)")); }),
-                HasSubstr("repeated parts"));
+                HasSubstr("repeat parts"));
 }
 
 TEST(ThreeMf, RefusesDamage) {

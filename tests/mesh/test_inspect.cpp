@@ -81,7 +81,6 @@ TEST(Inspect, VerticesAtOnePlaceAreOne) {
 }
 
 TEST(Inspect, DegenerateIsExact) {
-    // 0.1, 0.2, 0.3 are not collinear multiples in binary; 0.25, 0.5, 0.75 are.
     const auto degenerate = [](Vec3 a, Vec3 b, Vec3 c) { return inspect({{a, b, c}, {{0, 1, 2}}}).degenerate; };
     EXPECT_EQ(degenerate({0.25, 0.5, 0.75}, {0.5, 1, 1.5}, {0.75, 1.5, 2.25}), 1u);
     EXPECT_EQ(degenerate({0, 0, 0}, {0.1, 0.1, 0.1}, {0.3, 0.3, 0.3}), 1u);
