@@ -94,9 +94,11 @@ MeshFile parse_mesh(std::string_view bytes, const std::string& extension, const 
     if (is_ascii_stl(bytes)) return parse_stl(bytes);
     text.skip_space_and_comments();
     if (starts_like_off(text.rest())) return parse_off(bytes);
+    if (is_exact_binary_stl(bytes))
+        return parse_stl(bytes);  // of no text: bytes 80 to 83 would be a huge count
     if (extension == ".obj" || (extension != ".stl" && starts_like_obj(Text(bytes)))) return parse_obj(bytes);
     if (extension == ".off") return parse_off(bytes);
-    if (extension == ".stl" || is_exact_binary_stl(bytes)) return parse_stl(bytes);
+    if (extension == ".stl") return parse_stl(bytes);
     if (extension == ".ply" || extension == ".glb" || extension == ".gltf" || extension == ".3mf") {
         throw InputError(fmt::format("not a {} file: it does not begin like one", extension.substr(1)));
     }

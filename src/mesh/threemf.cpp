@@ -2,8 +2,12 @@
 
 #include <Model/COM/NMR_DLLInterfaces.h>
 
+#include <map>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "mesh/archive.h"
 #include "mesh/readers.h"
 
 namespace its {
@@ -39,37 +43,144 @@ void check(HRESULT result, const Handle& on) {
                                  message != nullptr && *message != '\0' ? message : "malformed"));
 }
 
-std::uint32_t little_endian(std::string_view bytes, std::size_t at, int size) {
-    std::uint32_t value = 0;
-    for (int i = size - 1; i >= 0; --i)
-        value = value << 8 | static_cast<unsigned char>(bytes[at + std::size_t(i)]);
-    return value;
-}
+/// Bytes that an archive may unpack to: XML of a mesh is seldom packed to less than a twentieth.
+constexpr std::uint64_t unpacked_base = std::uint64_t{1} << 26, unpacked_per_byte = 64;
+/// How deep components may be nested, and how many of them objects may expand to.
+constexpr int deepest = 64;
+constexpr std::uint64_t most_components = std::uint64_t{1} << 20;
 
-/// Refuses archives that unpack to far more than a mesh can be compressed: the table of contents is looked at
-/// before anything is unpacked. (The format: APPNOTE.TXT, 4.3.12 and 4.3.16.)
-void check_archive(std::string_view bytes) {
-    constexpr std::uint64_t allowed = std::uint64_t{1} << 26, allowed_per_byte = 64;
-    constexpr std::size_t end_size = 22, entry_size = 46;
-    const std::size_t end = bytes.rfind("PK\x05\x06");
-    if (end == std::string_view::npos || bytes.size() - end < end_size) {
-        throw InputError("not a usable 3MF file: the archive has no table of contents: it has been cut");
-    }
-    std::size_t at = little_endian(bytes, end + 16, 4);
-    const std::uint32_t entries = little_endian(bytes, end + 10, 2);
-    std::uint64_t unpacked = 0;
-    for (std::uint32_t i = 0; i < entries; ++i) {
-        if (at > end || end - at < entry_size || bytes.substr(at, 4) != "PK\x01\x02") {
-            throw InputError("not a usable 3MF file: the archive's table of contents is damaged");
+/// The objects of a 3MF package and what they are made of, found by a plain scan of its XML. The library checks
+/// each object by visiting all that it is made of: without bounds, forty lines of XML keep it busy for years.
+class ComponentScan {
+public:
+    /// Scans one part of the package. \throws InputError on what other parsers could read otherwise.
+    void scan(const std::string& part, std::string_view xml) {
+        for (std::size_t at = xml.find('<'); at != std::string_view::npos; at = xml.find('<', at)) {
+            const std::string_view rest = xml.substr(at);
+            std::string_view end = ">";
+            if (rest.starts_with("<!--")) end = "-->";
+            if (rest.starts_with("<![CDATA[")) end = "]]>";
+            if (rest.starts_with("<!DOCTYPE")) throw InputError("a document type in a 3MF file is not read");
+            std::size_t length = rest.find(end);
+            if (end == ">") length = end_of_tag(rest);
+            if (length == std::string_view::npos) return;  // cut: the library will say so
+            if (end == ">") read_tag(part, rest.substr(1, length - 1));
+            at += length + end.size();
         }
-        unpacked += little_endian(bytes, at + 24, 4);
-        at += entry_size + little_endian(bytes, at + 28, 2) + little_endian(bytes, at + 30, 2) +
-              little_endian(bytes, at + 32, 2);
     }
-    if (unpacked > allowed + allowed_per_byte * bytes.size()) {
+
+    /// \throws InputError if objects expand to too much.
+    void check() {
+        std::uint64_t sum = 0;
+        for (std::size_t i = 0; i < references_.size(); ++i) {
+            const auto object = objects_.find(references_[i]);
+            if (object != objects_.end()) sum += cost(object->second, 0);
+            if (sum > most_components) too_much();
+        }
+    }
+
+private:
+    struct Object {
+        std::vector<std::string> components;
+        std::uint64_t cost = 0;
+    };
+
+    [[noreturn]] static void too_much() {
         throw InputError(
-            fmt::format("the 3MF archive would unpack to {} bytes, out of all proportion", unpacked));
+            "components of the 3MF file repeat parts more than a million times or are nested more than "
+            "64 levels deep");
     }
+
+    /// The place of the '>' that is not in quotes.
+    static std::size_t end_of_tag(std::string_view tag) {
+        char quote = '\0';
+        for (std::size_t i = 0; i < tag.size(); ++i) {
+            if (quote == '\0' && tag[i] == '>') return i;
+            if (quote == '\0' && (tag[i] == '"' || tag[i] == '\'')) {
+                quote = tag[i];
+            } else if (tag[i] == quote) {
+                quote = '\0';
+            }
+        }
+        return std::string_view::npos;
+    }
+
+    static std::string_view local(std::string_view name) { return name.substr(name.find(':') + 1); }
+
+    /// The value of the attribute whose name without prefix is `name`; empty if there is none.
+    static std::string attribute(std::string_view tag, std::string_view name) {
+        std::size_t at = tag.find_first_of(" \t\r\n");
+        while (at != std::string_view::npos) {
+            at = tag.find_first_not_of(" \t\r\n/", at);
+            if (at == std::string_view::npos) break;
+            const std::size_t equals = tag.find('=', at);
+            if (equals == std::string_view::npos) break;
+            const std::string_view found = tag.substr(at, tag.find_first_of(" \t\r\n=", at) - at);
+            const std::size_t open = tag.find_first_of("\"'", equals);
+            if (open == std::string_view::npos) break;
+            const std::size_t close = tag.find(tag[open], open + 1);
+            if (close == std::string_view::npos) break;
+            const std::string_view value = tag.substr(open + 1, close - open - 1);
+            if (local(found) == name) {
+                if (value.find('&') != std::string_view::npos)
+                    throw InputError("an entity in an identifier of the 3MF file");
+                return std::string(value);
+            }
+            at = close + 1;
+        }
+        return {};
+    }
+
+    /// Identifiers are numbers: "007" is "7".
+    static std::string key(std::string_view part, std::string_view id) {
+        while (part.starts_with('/')) part.remove_prefix(1);
+        const auto digits = id.find_first_not_of(" \t\r\n+0");
+        return std::string(part) + '\n' +
+               std::string(digits == std::string_view::npos ? "" : id.substr(digits));
+    }
+
+    void read_tag(const std::string& part, std::string_view tag) {
+        const std::string_view element = local(tag.substr(0, tag.find_first_of(" \t\r\n/")));
+        if (element == "object") {
+            current_ = &objects_[key(part, attribute(tag, "id"))];
+        } else if (element == "component" || element == "item") {
+            const std::string path = attribute(tag, "path");
+            references_.push_back(key(path.empty() ? part : path, attribute(tag, "objectid")));
+            if (element == "component" && current_ != nullptr)
+                current_->components.push_back(references_.back());
+        }
+    }
+
+    /// Objects visited on the way through this one, itself included; 0 means not known yet.
+    std::uint64_t cost(Object& object, int depth) {
+        if (depth > deepest) too_much();
+        if (object.cost > 0) return object.cost;
+        std::uint64_t sum = 1;
+        for (const std::string& component : object.components) {
+            const auto found = objects_.find(component);
+            sum += found == objects_.end() ? 1 : cost(found->second, depth + 1);
+            if (sum > most_components) too_much();
+        }
+        return object.cost = sum;
+    }
+
+    std::map<std::string, Object> objects_;
+    std::vector<std::string> references_;
+    Object* current_ = nullptr;
+};
+
+/// The package packed anew from what has been checked, so that the library unpacks what we have seen.
+std::string checked_package(std::string_view bytes) {
+    const auto files = unpack(bytes, unpacked_base + unpacked_per_byte * bytes.size());
+    ComponentScan scan;
+    for (const auto& [name, content] : files) {
+        const bool utf16 = content.starts_with("\xff\xfe") || content.starts_with("\xfe\xff");
+        if (utf16 && name.ends_with(".model"))
+            throw InputError("the 3MF model is in UTF-16; only UTF-8 is read");
+        scan.scan(name, content);
+    }
+    scan.check();
+    return pack(files);
 }
 
 /// x' = m[0][0] x + m[0][1] y + m[0][2] z + m[0][3], and so on.
@@ -147,7 +258,6 @@ private:
     }
 
     void read_object(const Handle& object, const Affine& map, int depth) {
-        constexpr int deepest = 64;
         if (depth > deepest) throw InputError("components of the 3MF file are nested more than 64 levels deep");
         mesh_.charge_instance(1);
         BOOL is_mesh = false, is_components = false;
@@ -196,12 +306,12 @@ private:
 }  // namespace
 
 MeshFile parse_3mf(std::string_view bytes) {
-    check_archive(bytes);
+    std::string package = checked_package(bytes);
     Handle model, reader;
     check(NMR::lib3mf_createmodel(model.out()), model);
     check(NMR::lib3mf_model_queryreader(model.get(), "3mf", reader.out()), model);
-    std::string copy(bytes);  // the library wants to be allowed to write
-    check(NMR::lib3mf_reader_readfrombuffer(reader.get(), reinterpret_cast<BYTE*>(copy.data()), copy.size()),
+    check(NMR::lib3mf_reader_readfrombuffer(reader.get(), reinterpret_cast<BYTE*>(package.data()),
+                                            package.size()),
           reader);
     MeshBuilder mesh(bytes.size());
     DWORD warnings = 0;
