@@ -126,7 +126,7 @@ public:
     }
 };
 
-/// Ten times what the largest octree tried took: convergence does not depend much on depth.
+/// Far more than needed: spheres took 22, 26, 37, 41 for K = 3..6, random distances on random octrees up to 30.
 constexpr std::uint64_t most_iterations = 1000;
 
 /// Greatest magnitude; NaN if there is one.

@@ -3,24 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 
 namespace its {
 namespace {
 
-/// f(x, y, z) = value at the corners' trilinear interpolation, in the form that keeps constants exact.
-double interpolate(const std::array<double, 8>& c, const Vec3& p) {
-    const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
-    return mix(mix(mix(c[0], c[1], p.x), mix(c[2], c[3], p.x), p.y),
-               mix(mix(c[4], c[5], p.x), mix(c[6], c[7], p.x), p.y), p.z);
-}
-
 /// Taylor expansion of f at a point: exact, since f has no other derivatives.
-struct Expansion {
+struct Taylor {
     Vec3 gradient;
     double xy, yz, zx, xyz;  // mixed derivatives
 
-    Expansion(const std::array<double, 8>& c, const Vec3& p) {
+    Taylor(const std::array<double, 8>& c, const Vec3& p) {
         const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
         double dx[4], dy[4], dz[4], dxy[2], dyz[2], dzx[2];  // on the cell's edges and faces
         for (int i = 0; i < 4; ++i) {
@@ -49,11 +43,11 @@ struct Search {
     Range range;
 
     Search(const std::array<double, 8>& c, const Vec3& first)
-        : corner(c), range{interpolate(c, first), 0, first, first} {
+        : corner(c), range{trilinear(c.data(), first), 0, first, first} {
         range.max = range.min;
     }
     void add(const Vec3& p) {
-        const double value = interpolate(corner, p);
+        const double value = trilinear(corner.data(), p);
         if (value < range.min) range.min = value, range.argmin = p;
         if (value > range.max) range.max = value, range.argmax = p;
     }
@@ -75,7 +69,7 @@ int quadratic_roots(double a, double b, double c, double roots[2]) {
 /// Along p + t·d, f is a cubic in t: its extremes are at the ends or where the derivative, a quadratic, is 0.
 void add_edge(Search& search, const Vec3& p, const Vec3& q) {
     const Vec3 d = q - p;
-    const Expansion e(search.corner, p);
+    const Taylor e(search.corner, p);
     double roots[2];
     const int count = quadratic_roots(3 * e.xyz * d.x * d.y * d.z,
                                       2 * (e.xy * d.x * d.y + e.yz * d.y * d.z + e.zx * d.z * d.x),
@@ -88,7 +82,7 @@ void add_edge(Search& search, const Vec3& p, const Vec3& q) {
 struct Cubic {
     double h10, h01, h20, h11, h02, h30, h21, h12, h03;
 
-    Cubic(const Expansion& e, const Vec3& u, const Vec3& v) {
+    Cubic(const Taylor& e, const Vec3& u, const Vec3& v) {
         h10 = dot(e.gradient, u);
         h01 = dot(e.gradient, v);
         h20 = e.xy * u.x * u.y + e.yz * u.y * u.z + e.zx * u.z * u.x;
@@ -270,7 +264,7 @@ private:
 void add_interior(Search& search, std::span<const Vec3> polygon) {
     Frame frame;
     if (polygon.size() < 3 || !make_frame(polygon, frame)) return;
-    const Expansion expansion(search.corner, frame.origin);
+    const Taylor expansion(search.corner, frame.origin);
     Cubic h(expansion, frame.u, frame.v);
     // On |s|, |t| ≤ 1 each derivative changes by at most this from its value at the origin.
     const double change_s =

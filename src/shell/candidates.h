@@ -19,7 +19,9 @@ struct Range {
 /// Not a bound but attained values, within about 1e-12 of the true extremes relative to the corner values'
 /// magnitude; the certified extremes are found otherwise.
 /// \param corner   values at the cell's corners, index x + 2y + 4z
-/// \param polygon  1 vertex or more in [0, 1]³, in order, coplanar up to rounding; may be a point or segment
+/// \param polygon  1 vertex or more in [0, 1]³ up to rounding, in order, coplanar up to rounding; may be a
+/// point
+///                 or a segment
 Range candidate_extremes(const std::array<double, 8>& corner, std::span<const Vec3> polygon);
 
 }  // namespace its

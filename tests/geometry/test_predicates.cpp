@@ -110,7 +110,7 @@ std::vector<Vec3> points(Kind kind, int count, Generator& random) {
 class Kinds : public testing::TestWithParam<int> {
 protected:
     Kind kind() const { return Kind(GetParam()); }
-    int rounds() const { return kind() == Kind::lattice ? 2000 : kind() == Kind::extreme ? 60 : 500; }
+    int rounds() const { return kind() == Kind::lattice ? 1000 : kind() == Kind::extreme ? 30 : 300; }
     /// Non-zero determinants are above 2⁻³²⁰⁰ and below 2³¹⁰⁰, those of other kinds within 2^±400.
     int bits() const { return kind() == Kind::extreme ? 7000 : 600; }
     Generator random{std::uint64_t(GetParam()) + 17};
