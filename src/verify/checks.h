@@ -2,10 +2,10 @@
 
 #include <array>
 #include <functional>
-#include <limits>
 #include <string>
 
 #include "its/verify.h"
+#include "verify/polygon.h"
 #include "verify/view.h"
 
 /// The parts of verify(); each appends its VerifyChecks to the report.
@@ -13,8 +13,6 @@ namespace its::verifier {
 
 /// The shipped evaluation: mesh units in and out.
 using Evaluation = std::function<double(const Vec3&)>;
-
-inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The finest cells to look at on one axis: `low` … `high`, both within the root.
 struct CellRange {
@@ -33,8 +31,9 @@ struct Job {
 
 // Error budget, derived in docs/design/verify.md. Lattice units unless said otherwise.
 
-/// What proofs may leave undecided, besides the rounding of their own clipping.
-inline constexpr double proof_tolerance = 1e-9;
+/// Where the proof stops to refine a piece that is still in question: the bound is this near to a value that f
+/// takes. The first as a rule, the second once a polygon has had many pieces (f constant along a curve).
+inline constexpr double fine_gap = 0x1p-32, coarse_gap = 0x1p-26;
 /// G2: how far ε may be from a value that f attains on M.
 inline constexpr double tightness_tolerance = 1e-6;
 /// Of the root's side: how far a grid point's value may be from the brute-force distance.
@@ -44,7 +43,9 @@ inline constexpr double distance_tolerance = 1e-12;
 double coordinate_ulp(const Lattice& lattice);
 /// How far the proof's computed pieces may be from M, per axis.
 double piece_error(const Lattice& lattice);
-/// What a proven bound may exceed its limit by: proof_tolerance plus the clipping's rounding.
+/// Pieces are cut from cells dilated by this much, so that no point of M in the cell is lost to rounding.
+double cell_dilation(const Lattice& lattice);
+/// What a proven bound may exceed its limit by: coarse_gap plus the rounding of clipping.
 double proven_tolerance(const Lattice& lattice);
 
 /// Numbers of a counter-based generator: the same for (seed, stream, counter) in any order.

@@ -20,15 +20,21 @@ double coordinate_ulp(const Lattice& lattice) {
 }
 
 // 3 units for the conversion to lattice coordinates, 6 for each of the 6 planes of a cell: 39. Then at most
-// 48 clips in coordinates of the cell, each 6 · 2⁻⁵³.
+// 64 clips in coordinates of the cell, each 6 · 2⁻⁵³.
 double piece_error(const Lattice& lattice) {
-    return 40 * coordinate_ulp(lattice) + 48 * 6 * 0x1p-53;
+    return 40 * coordinate_ulp(lattice) + 64 * 6 * 0x1p-53;
 }
 
-// f changes by at most Σ|∂f/∂xᵢ| · error, and Σ|∂f/∂xᵢ| ≤ √3 · √3 for values of a distance; twice, for the
-// two sides that are compared.
+// More than the 39 units that a vertex may be off.
+double cell_dilation(const Lattice& lattice) {
+    return 64 * coordinate_ulp(lattice);
+}
+
+// A piece is left when its bound is within a gap of an attained value that is inside the limit. The gap is
+// coarse_gap plus the errors of both; |∂f/∂xᵢ| ≤ 1 for values of a distance, and those near M are at most 8.
 double proven_tolerance(const Lattice& lattice) {
-    return proof_tolerance + 6 * piece_error(lattice);
+    return coarse_gap + 3 * piece_error(lattice) + 2 * 3 * (piece_error(lattice) + cell_dilation(lattice)) +
+           2 * 512 * 0x1p-53 * 8;
 }
 
 std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {

@@ -8,10 +8,10 @@
 namespace its::verifier {
 namespace {
 
-/// Halvings of a cell's polygon, and pieces in all: both far beyond what a remainder that shrinks with the
-/// square of the size needs, and the proof's end for certain.
-constexpr int max_halvings = 48;
-constexpr std::uint64_t max_pieces = 1 << 18;
+/// Halvings of a cell's polygon, far beyond what gaps that shrink with the square of the size need; pieces
+/// after which coarse_gap will do; and pieces in all, so that the proof ends for certain.
+constexpr int max_halvings = 64;
+constexpr std::uint64_t many_pieces = 1 << 13, max_pieces = 1 << 20;
 
 struct Piece {
     Polygon polygon;
@@ -29,12 +29,18 @@ public:
           v_(v),
           local_low_(local_low),
           local_high_(local_high),
-          local_slack_(0.5 * proven_tolerance(lattice)),
+          local_slack_(coarse_gap),
           displacement_(piece_error(lattice)),
           tally_(tally) {
         const auto slope = slopes(v);
         // The pieces reach beyond the cell by rounding, where slopes are larger by a factor of 1 + 2⁻³⁰ at
         // most.
+        // A vertex may stand for a point of M that is as far beyond the cell's face as walk() cuts: in a
+        // neighbour, where slopes are at most 1 for values of a distance.
+        double steepest = 0;
+        for (const double s : slope) steepest += std::max(s, 1.0);
+        attained_error_ =
+            evaluation_error(v) + 2 * steepest * (displacement_ + cell_dilation(lattice)) * (1 + 0x1p-20);
         error_ = evaluation_error(v) + (slope[0] + slope[1] + slope[2]) * displacement_ * (1 + 0x1p-20);
         for (const double value : v)
             smallest_ = std::min(smallest_, value), largest_ = std::max(largest_, value);
@@ -46,25 +52,24 @@ public:
             const Piece piece = stack_.back();
             stack_.pop_back();
             ++pieces_;
-            const Range r = enclose(piece.polygon);
-            note_attained(r, piece.polygon);
-            if (!(wanting(r) && split(piece, r))) settle(r, piece.polygon);
+            const Expansion expansion(v_, piece.polygon);
+            Bounds bounds = expansion.cheap();
+            if (wanting(outward(bounds))) expansion.sharpen(bounds);
+            const Bounds b = outward(bounds);
+            note_attained(b, piece.polygon);
+            if (!(wanting(b) && split(piece, expansion))) settle(b, piece.polygon);
         }
         tally_.pieces += pieces_;
     }
 
 private:
-    /// Outward by all rounding. f on the cell itself is a mean of the corner values.
-    Range enclose(const Polygon& polygon) const {
-        Range r = range(v_, polygon);
-        r.low = std::max(r.low - error_, smallest_);
-        r.high = std::min(r.high + error_, largest_);
-        r.attained_low += error_;
-        r.attained_high -= error_;
-        return r;
+    /// Widened by all rounding. f on the cell itself is a mean of the corner values.
+    Bounds outward(const Bounds& b) const {
+        return {std::max(b.low - error_, smallest_), std::min(b.high + error_, largest_),
+                b.attained_low + attained_error_, b.attained_high - attained_error_};
     }
 
-    void note_attained(const Range& r, const Polygon& polygon) {
+    void note_attained(const Bounds& r, const Polygon& polygon) {
         if (r.attained_low < tally_.attained_low) {
             tally_.attained_low = r.attained_low;
             tally_.low_at = vertex(polygon, false);
@@ -76,31 +81,37 @@ private:
     }
 
     /// Is there anything left that smaller pieces could show?
-    bool wanting(const Range& r) const {
-        const bool outer = r.high > goal_.proven_outer && r.attained_high <= goal_.proven_outer;
-        const bool inner = r.low < goal_.proven_inner && r.attained_low >= goal_.proven_inner;
-        const bool local_up = r.high > local_high_ + local_slack_ && r.attained_high <= local_high_;
-        const bool local_down = r.low < local_low_ - local_slack_ && r.attained_low >= local_low_;
-        const bool tight_up = r.high > goal_.tight_outer && tally_.attained_high < goal_.tight_outer;
-        const bool tight_down = r.low < goal_.tight_inner && tally_.attained_low > goal_.tight_inner;
-        return outer || inner || local_up || local_down || tight_up || tight_down;
+    bool wanting(const Bounds& b) const {
+        const double gap = (pieces_ < many_pieces ? fine_gap : coarse_gap) + error_ + attained_error_;
+        const bool up = b.high - b.attained_high > gap, down = b.attained_low - b.low > gap;
+        const auto above = [&](double limit, double slack) {
+            return up && b.high > limit + slack && b.attained_high <= limit;
+        };
+        const auto below = [&](double limit, double slack) {
+            return down && b.low < limit - slack && b.attained_low >= limit;
+        };
+        return above(goal_.proven_outer, 0) || below(goal_.proven_inner, 0) ||
+               above(local_high_, local_slack_) || below(local_low_, local_slack_) ||
+               (up && b.high > goal_.tight_outer && tally_.attained_high < goal_.tight_outer) ||
+               (down && b.low < goal_.tight_inner && tally_.attained_low > goal_.tight_inner);
     }
 
-    /// Pushes two halves, which overlap by the displacement of the vertices. False if that is of no use.
-    bool split(const Piece& piece, const Range& r) {
-        // high − attained_high ≤ 2 · remainder + 2 · error: at a quarter of the tolerance, all is said.
-        if (r.remainder <= 0.25 * proof_tolerance) return false;
+    /// Pushes two halves, which overlap by the displacement of the vertices. False where that is not possible.
+    bool split(const Piece& piece, const Expansion& expansion) {
         if (piece.halvings >= max_halvings || pieces_ + stack_.size() >= max_pieces) return false;
+        Vec3 n;
+        double middle = 0;
+        if (!(expansion.halving(n, middle) > 16 * displacement_)) return false;
         Piece half;
         half.halvings = piece.halvings + 1;
-        for (const bool above : {true, false}) {
-            const double plane = r.split_at + (above ? -2 : 2) * displacement_;
-            if (clip(piece.polygon, r.split_axis, plane, above, half.polygon)) stack_.push_back(half);
+        for (const double side : {1.0, -1.0}) {
+            const auto height = [&](const Vec3& v) { return side * (dot(n, v) - middle) + 4 * displacement_; };
+            if (clip(piece.polygon, height, half.polygon)) stack_.push_back(half);
         }
         return true;
     }
 
-    void settle(const Range& r, const Polygon& polygon) {
+    void settle(const Bounds& r, const Polygon& polygon) {
         tally_.low = std::min(tally_.low, r.low);
         tally_.high = std::max(tally_.high, r.high);
         if (r.attained_high > goal_.outer || r.attained_low < goal_.inner)
@@ -132,7 +143,7 @@ private:
     const Cell& cell_;
     const double (&v_)[8];
     double local_low_, local_high_, local_slack_, displacement_;
-    double error_ = 0, smallest_ = infinity, largest_ = -infinity;
+    double error_ = 0, attained_error_ = 0, smallest_ = infinity, largest_ = -infinity;
     std::uint64_t pieces_ = 0;
     std::vector<Piece> stack_;
     ProofTally& tally_;

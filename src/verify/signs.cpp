@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -12,7 +11,7 @@
 namespace its::verifier {
 namespace {
 
-/// Point–triangle pairs that the check may cost at most: about ten seconds on one core.
+/// Point–triangle pairs that the check may cost at most: about ten seconds on two cores.
 constexpr std::uint64_t work_limit = 500'000'000;
 
 /// Winding numbers closer to ½ than this are not decided: the sum's rounding for 10⁷ triangles is far less.
@@ -40,20 +39,54 @@ double distance_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
     return inside ? std::min(edges, std::abs(dot(n, a)) / length) : edges;
 }
 
-/// Half the solid angle of the triangle seen from the origin, positive from behind (Van Oosterom, Strackee
-/// 1983).
-double half_solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double la = norm(a), lb = norm(b), lc = norm(c);
-    const double triple = dot(a, cross(b, c));
-    const double base = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
-    return triple == 0 && base == 0 ? 0.0 : std::atan2(triple, base);
-}
+/// A vertex seen from the grid point.
+struct Seen {
+    Vec3 at;
+    double distance = 0;
+};
+
+/// Sums solid angles (Van Oosterom, Strackee 1983): half of a triangle's is the argument of base + i·triple.
+/// Small arguments are added by multiplying complex numbers 1 + i·tan, as long as they stay below a radian in
+/// all.
+class SolidAngle {
+public:
+    void add(const Seen& a, const Seen& b, const Seen& c) {
+        const double triple = dot(a.at, cross(b.at, c.at));
+        const double base = a.distance * b.distance * c.distance + dot(a.at, b.at) * c.distance +
+                            dot(b.at, c.at) * a.distance + dot(c.at, a.at) * b.distance;
+        if (triple == 0) {
+            if (base < 0)
+                half_ += std::numbers::pi;  // the grid point is in the triangle: left out by the caller
+        } else if (base > 8 * std::abs(triple)) {
+            const double t = triple / base;
+            const double x = x_ - y_ * t, y = y_ + x_ * t;
+            x_ = x, y_ = y;
+            turned_ += std::abs(t);
+            if (turned_ > 1) flush();
+        } else {
+            half_ += std::atan2(triple, base);
+        }
+    }
+
+    double winding() {
+        flush();
+        return half_ / (2 * std::numbers::pi);
+    }
+
+private:
+    void flush() {
+        half_ += std::atan2(y_, x_);
+        x_ = 1, y_ = 0, turned_ = 0;
+    }
+
+    double half_ = 0, x_ = 1, y_ = 0, turned_ = 0;
+};
 
 struct Tally {
     std::uint64_t signs = 0, wrong_sign = 0, undecided = 0, distances = 0, wrong_distance = 0;
-    double winding_gap = std::numeric_limits<double>::infinity();  ///< least |winding − ½| among decided signs
-    double nearest_wrong = 0;   ///< largest distance of a wrong sign, mesh units
-    double distance_error = 0;  ///< mesh units
+    double winding_gap = infinity;  ///< least |winding − ½| among decided signs
+    double nearest_wrong = 0;       ///< largest distance of a wrong sign, mesh units
+    double distance_error = 0;      ///< mesh units
     Vec3 wrong_at, distance_at;
 };
 
@@ -77,7 +110,8 @@ GridPoint choose(const ShellData& data, std::uint64_t seed, std::uint64_t i) {
     return out;
 }
 
-void check_point(const Job& job, const GridPoint& at, Tally& tally) {
+/// \param reach  of each triangle, the longer edge at its first corner, rounded up
+void check_point(const Job& job, const std::vector<double>& reach, const GridPoint& at, Tally& tally) {
     const ShellData& data = job.view.data();
     const double w = data.lattice.width;
     const Cell parent = morton_decode(data.octree.levels[at.level].parent[at.group]);
@@ -88,13 +122,21 @@ void check_point(const Job& job, const GridPoint& at, Tally& tally) {
     const Vec3 p = data.lattice.position(index);
     const double stored = data.field.values[at.level][group_points * at.group + at.point] * w;
 
-    double distance = std::numeric_limits<double>::infinity(), angle = 0;
+    std::vector<Seen> seen(job.mesh.vertices.size());
+    for (std::size_t v = 0; v < seen.size(); ++v) {
+        seen[v].at = job.mesh.vertices[v] - p;
+        seen[v].distance = norm(seen[v].at);
+    }
+    double distance = infinity;
+    SolidAngle angle;
     const bool with_sign = data.info.sign != SignRule::unsigned_rule;
-    for (const Triangle& t : job.mesh.triangles) {
-        const Vec3 a = job.mesh.vertices[t[0]] - p, b = job.mesh.vertices[t[1]] - p,
-                   c = job.mesh.vertices[t[2]] - p;
-        distance = std::min(distance, distance_to_triangle(a, b, c));
-        if (with_sign) angle += half_solid_angle(a, b, c);
+    for (std::size_t t = 0; t < job.mesh.triangles.size(); ++t) {
+        const auto& [i, j, k] = job.mesh.triangles[t];
+        const Seen &a = seen[i], &b = seen[j], &c = seen[k];
+        // No point of the triangle is farther from its first corner than the longer of the two edges there.
+        if (a.distance - reach[t] <= distance)
+            distance = std::min(distance, distance_to_triangle(a.at, b.at, c.at));
+        if (with_sign) angle.add(a, b, c);
     }
     const double tolerance = distance_tolerance * w * data.lattice.cells();
     if (data.info.solver == Solver::direct) {
@@ -103,7 +145,7 @@ void check_point(const Job& job, const GridPoint& at, Tally& tally) {
         if (!(error <= tolerance)) ++tally.wrong_distance;
         if (error > tally.distance_error) tally.distance_error = error, tally.distance_at = p;
     }
-    const double winding = angle / (2 * std::numbers::pi);
+    const double winding = angle.winding();
     if (with_sign && (distance <= tolerance || std::abs(winding - 0.5) <= undecided_winding)) {
         ++tally.undecided;  // on M, or on the border of "inside"
         return;
@@ -117,11 +159,22 @@ void check_point(const Job& job, const GridPoint& at, Tally& tally) {
     }
 }
 
+std::vector<double> reaches(const Mesh& mesh) {
+    std::vector<double> out(mesh.triangles.size());
+    for (std::size_t t = 0; t < out.size(); ++t) {
+        const auto& [i, j, k] = mesh.triangles[t];
+        const Vec3& a = mesh.vertices[i];
+        out[t] = std::max(norm(mesh.vertices[j] - a), norm(mesh.vertices[k] - a)) * (1 + 0x1p-40);
+    }
+    return out;
+}
+
 Tally check_points(const Job& job, std::uint64_t samples) {
     Stage stage(job.options.progress, "verify: signs", samples);
     std::vector<Tally> tallies(samples);
+    const std::vector<double> reach = reaches(job.mesh);
     parallel_for(samples, 1, [&](std::uint64_t i) {
-        check_point(job, choose(job.view.data(), job.options.seed, i), tallies[i]);
+        check_point(job, reach, choose(job.view.data(), job.options.seed, i), tallies[i]);
         stage.advance(1);
     });
     Tally sum;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/vec3.h"
 #include "verify/polygon.h"
 
 /// Bounds of a trilinear function over a polygon; coordinates of the cell, [0, 1]³ but for rounding.
@@ -40,57 +41,112 @@ inline Taylor expand(const double (&v)[8], const Vec3& c) {
     return out;
 }
 
-/// What is known of f over the hull of a polygon's vertices. `low` ≤ f ≤ `high`, and f takes the values
-/// `attained_low` and `attained_high` at vertices; all four up to evaluation_error.
-struct Range {
-    double low = 0, high = 0, attained_low = 0, attained_high = 0;
-    double remainder = 0;  ///< of the expansion: high − attained_high ≤ 2 · remainder, and so below
-    int split_axis = 0;    ///< whose halving shrinks the remainder most
-    double split_at = 0;
-};
-
-/// Rounding of everything in Range, for corner values up to V in size: less than 310 · 2⁻⁵³ V in all, where a
-/// lerp adds 5, a difference doubles; the terms are counted in docs/design/verify.md.
+/// Rounding of every bound and value below, for corner values up to V in size: less than 400 · 2⁻⁵³ V in all;
+/// the terms are counted in docs/design/verify.md.
 inline double evaluation_error(const double (&v)[8]) {
     double largest = 0;
     for (const double value : v) largest = std::max(largest, std::abs(value));
     return 512 * 0x1p-53 * largest;
 }
 
-inline Range range(const double (&v)[8], const Polygon& polygon) {
-    Vec3 low = polygon.vertex[0], high = low;
-    for (int i = 1; i < polygon.count; ++i)
-        for (int axis = 0; axis < 3; ++axis) {
-            low[axis] = std::min(low[axis], polygon.vertex[i][axis]);
-            high[axis] = std::max(high[axis], polygon.vertex[i][axis]);
+/// What is known of f over the hull of a polygon's vertices: low ≤ f ≤ high, and f takes the values
+/// attained_low and attained_high at vertices; all four up to evaluation_error.
+struct Bounds {
+    double low = 0, high = 0, attained_low = 0, attained_high = 0;
+};
+
+/// A trilinear function on a polygon, expanded about the middle of the polygon's box.
+class Expansion {
+public:
+    Expansion(const double (&v)[8], const Polygon& polygon) : count_(polygon.count) {
+        Vec3 low = polygon.vertex[0], high = low;
+        for (int i = 1; i < count_; ++i)
+            for (int axis = 0; axis < 3; ++axis) {
+                low[axis] = std::min(low[axis], polygon.vertex[i][axis]);
+                high[axis] = std::max(high[axis], polygon.vertex[i][axis]);
+            }
+        const Vec3 centre = 0.5 * (low + high);
+        taylor_ = expand(v, centre);
+        for (int axis = 0; axis < 3; ++axis)
+            r_[axis] = std::max(high[axis] - centre[axis], centre[axis] - low[axis]);
+        for (int i = 0; i < count_; ++i) {
+            d_[i] = polygon.vertex[i] - centre;
+            linear_[i] = dot(taylor_.g, d_[i]);
         }
-    Vec3 centre, r;
-    for (int axis = 0; axis < 3; ++axis) {
-        centre[axis] = 0.5 * (low[axis] + high[axis]);
-        r[axis] = std::max(high[axis] - centre[axis], centre[axis] - low[axis]);
+        cubic_ = std::abs(taylor_.h_xyz) * r_.x * r_.y * r_.z;
     }
-    const Taylor taylor = expand(v, centre);
-    Range out;
-    double linear_low = 0, linear_high = 0;
-    for (int i = 0; i < polygon.count; ++i) {
-        const Vec3& p = polygon.vertex[i];
-        const Vec3 d = {p.x - centre.x, p.y - centre.y, p.z - centre.z};
-        const double linear = taylor.g.x * d.x + taylor.g.y * d.y + taylor.g.z * d.z;
-        const double value = taylor.at(d);
-        linear_low = i == 0 ? linear : std::min(linear_low, linear);
-        linear_high = i == 0 ? linear : std::max(linear_high, linear);
-        out.attained_low = i == 0 ? value : std::min(out.attained_low, value);
-        out.attained_high = i == 0 ? value : std::max(out.attained_high, value);
+
+    /// The linear part is extreme at vertices; the others are at most their size on the box.
+    Bounds cheap() const {
+        Bounds b;
+        double linear_low = infinity, linear_high = -infinity;
+        b.attained_low = infinity, b.attained_high = -infinity;
+        for (int i = 0; i < count_; ++i) {
+            linear_low = std::min(linear_low, linear_[i]);
+            linear_high = std::max(linear_high, linear_[i]);
+            const double value = taylor_.at(d_[i]);
+            b.attained_low = std::min(b.attained_low, value);
+            b.attained_high = std::max(b.attained_high, value);
+        }
+        const double rest = std::abs(taylor_.h_xy) * r_.x * r_.y + std::abs(taylor_.h_xz) * r_.x * r_.z +
+                            std::abs(taylor_.h_yz) * r_.y * r_.z + cubic_;
+        b.low = taylor_.f + linear_low - rest;
+        b.high = taylor_.f + linear_high + rest;
+        return b;
     }
-    const double xy = std::abs(taylor.h_xy) * r.x * r.y, xz = std::abs(taylor.h_xz) * r.x * r.z;
-    const double yz = std::abs(taylor.h_yz) * r.y * r.z, xyz = std::abs(taylor.h_xyz) * r.x * r.y * r.z;
-    out.remainder = xy + xz + yz + xyz;
-    out.low = taylor.f + linear_low - out.remainder;
-    out.high = taylor.f + linear_high + out.remainder;
-    const double gain[3] = {xy + xz, xy + yz, xz + yz};
-    out.split_axis = gain[0] >= gain[1] && gain[0] >= gain[2] ? 0 : gain[1] >= gain[2] ? 1 : 2;
-    out.split_at = centre[out.split_axis];
-    return out;
-}
+
+    /// With Q the quadratic part's symmetric form, the parts up to degree 2 at a mean Σ λᵢ dᵢ of the vertices
+    /// are Σ λᵢ λⱼ (½ g·dᵢ + ½ g·dⱼ + Q(dᵢ, dⱼ)): between the least and the greatest over pairs. Sharp along
+    /// lines and planes on which f does not change.
+    void sharpen(Bounds& b) const {
+        double low = infinity, high = -infinity;
+        for (int i = 0; i < count_; ++i)
+            for (int j = i; j < count_; ++j) {
+                const double pair = 0.5 * (linear_[i] + linear_[j]) + form(d_[i], d_[j]);
+                low = std::min(low, pair);
+                high = std::max(high, pair);
+            }
+        b.low = std::max(b.low, taylor_.f + low - cubic_);
+        b.high = std::min(b.high, taylor_.f + high + cubic_);
+    }
+
+    /// How to halve the polygon: the unit vector along the chord on which the quadratic part bends most, or
+    /// along the longest where the cubic part is larger; and the middle of the polygon's extent along it.
+    /// \return the extent.
+    double halving(Vec3& direction, double& middle) const {
+        double bend = -1, longest = -1, quadratic = 0;
+        Vec3 chord[2];
+        for (int i = 0; i < count_; ++i)
+            for (int j = i + 1; j < count_; ++j) {
+                const Vec3 m = d_[i] - d_[j];
+                const double length = norm(m), q = std::abs(form(m, m));
+                if (length > longest) longest = length, chord[0] = m;
+                if (length > 0 && q / length > bend) bend = q / length, chord[1] = m;
+                quadratic = std::max(quadratic, q);
+            }
+        if (!(longest > 0)) return 0;
+        const Vec3& along = chord[0.25 * quadratic > cubic_ ? 1 : 0];
+        direction = (1 / norm(along)) * along;
+        double low = infinity, high = -infinity;
+        for (int i = 0; i < count_; ++i) {
+            low = std::min(low, dot(direction, d_[i]));
+            high = std::max(high, dot(direction, d_[i]));
+        }
+        middle = dot(direction, taylor_.centre) + 0.5 * (low + high);
+        return high - low;
+    }
+
+private:
+    double form(const Vec3& a, const Vec3& b) const {
+        return 0.5 * (taylor_.h_xy * (a.x * b.y + a.y * b.x) + taylor_.h_xz * (a.x * b.z + a.z * b.x) +
+                      taylor_.h_yz * (a.y * b.z + a.z * b.y));
+    }
+
+    int count_;
+    Taylor taylor_;
+    Vec3 r_, d_[Polygon::capacity];
+    double linear_[Polygon::capacity];
+    double cubic_ = 0;
+};
 
 }  // namespace its::verifier

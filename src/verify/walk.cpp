@@ -25,7 +25,7 @@ public:
           lattice_(job.view.data().lattice),
           goal_(goal),
           lists_sorted_(lists_sorted),
-          dilation_(64 * coordinate_ulp(lattice_)),
+          dilation_(cell_dilation(lattice_)),
           shrink_(96 * coordinate_ulp(lattice_)),
           tally_(tally) {}
 
@@ -153,8 +153,7 @@ private:
     const Lattice& lattice_;
     const Goal& goal_;
     bool lists_sorted_;
-    // Pieces are cut from the cell dilated by 64 units: more than the 39 that vertices may be off, so that no
-    // point of M in the cell is lost. A vertex inside the cell shrunk by 96 is off by less than 3 + 12 · 6
+    // A vertex inside the cell shrunk by 96 is off by less than 3 + 12 · 6
     // = 75.
     double dilation_, shrink_;
     Cell last_parent_ = {~0u, ~0u, ~0u};
