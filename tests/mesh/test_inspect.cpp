@@ -84,8 +84,8 @@ TEST(Inspect, DegenerateIsExact) {
     const auto degenerate = [](Vec3 a, Vec3 b, Vec3 c) { return inspect({{a, b, c}, {{0, 1, 2}}}).degenerate; };
     EXPECT_EQ(degenerate({0.25, 0.5, 0.75}, {0.5, 1, 1.5}, {0.75, 1.5, 2.25}), 1u);
     EXPECT_EQ(degenerate({0, 0, 0}, {0.1, 0.1, 0.1}, {0.3, 0.3, 0.3}), 1u);
-    EXPECT_EQ(degenerate({0, 0, 0}, {0.1, 0.2, 0}, {0.3, 0.6, 0}), 0u)
-        << "0.3·0.2 and 0.1·0.6 differ by rounding";
+    EXPECT_EQ(degenerate({0, 0, 0}, {0.1, 0.3, 0}, {0.3, 0.9, 0}), 0u)
+        << "the doubles next to these decimals are not in proportion";
     EXPECT_EQ(degenerate({0, 0, 0}, {1e-200, 0, 0}, {0, 1e-200, 0}), 0u) << "the product underflows";
     EXPECT_EQ(degenerate({0, 0, 0}, {1e200, 0, 0}, {0, 1e200, 0}), 0u) << "the product overflows";
     EXPECT_EQ(degenerate({1e6, 1e6, 0}, {1e6 + 1, 1e6 + 1, 0}, {1e6 + 2, std::nextafter(1e6 + 2, 2e6), 0}), 0u);
