@@ -19,7 +19,7 @@ struct LscgReport {
 /// LeastSquaresConjugateGradient, diagonal preconditioner, from zero. Slow: meant for small depths and as an
 /// oracle. Serial; the same bits on every run.
 /// \param distance   D(g) in the layout of Field: values[k][27·group + point]
-/// \param tolerance  accept where |f(g) − D(g)| ≤ tolerance × max |D| for every grid point; 1e-10 is attainable
+/// \param tolerance  accept where |f(g) − D(g)| ≤ tolerance × max |D| for every grid point; 1e-12 is attainable
 /// \param report     if not null, receives how it went
 /// \throws Error if the tolerance is not reached, Cancelled
 Field solve_lscg(const Octree& octree, const Field& distance, double tolerance, const Progress& progress,
