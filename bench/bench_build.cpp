@@ -3,8 +3,8 @@
 // LOW-HIGH: the depths, 4-9 unless given. bench/build_table.py prints the results as tables.
 
 #include <benchmark/benchmark.h>
-#include <filesystem>
 #include <fmt/format.h>
+#include <filesystem>
 #include <iostream>
 
 #include "its/shell.h"
@@ -73,17 +73,17 @@ Job parse(const std::string& text) {
 void add(const Job& job, const Mesh& mesh, int threads) {
     const std::string model = std::filesystem::path(job.path).stem().string();
     const Box box = inspect(mesh).bounds;
-    const double side =
-        std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
+    const double side = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
     for (int depth = job.low; depth <= job.high; ++depth) {
         benchmark::RegisterBenchmark(fmt::format("its/{}/{}/{}", model, depth, threads).c_str(),
                                      [=, &mesh](benchmark::State& s) { run_build(s, mesh, depth, threads); })
             ->UseManualTime()
             ->Unit(benchmark::kMillisecond);
 #ifdef ITS_BENCH_OPENVDB
-        benchmark::RegisterBenchmark(
-            fmt::format("openvdb/{}/{}/{}", model, depth, threads).c_str(),
-            [=, &mesh](benchmark::State& s) { run_openvdb(s, mesh, side / double(1 << depth), depth, threads); })
+        benchmark::RegisterBenchmark(fmt::format("openvdb/{}/{}/{}", model, depth, threads).c_str(),
+                                     [=, &mesh](benchmark::State& s) {
+                                         run_openvdb(s, mesh, side / double(1 << depth), depth, threads);
+                                     })
             ->UseRealTime()
             ->Unit(benchmark::kMillisecond);
 #endif
@@ -97,8 +97,10 @@ int run(int argc, char** argv) {
     std::vector<Job> jobs;
     for (int i = 1; i < argc; ++i) {
         const std::string argument = argv[i];
-        if (argument.starts_with("--threads=")) threads.push_back(std::stoi(argument.substr(10)));
-        else jobs.push_back(parse(argument));
+        if (argument.starts_with("--threads="))
+            threads.push_back(std::stoi(argument.substr(10)));
+        else
+            jobs.push_back(parse(argument));
     }
     if (threads.empty()) threads = {1, 2};
     std::vector<std::unique_ptr<Mesh>> meshes;

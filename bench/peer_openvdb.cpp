@@ -18,9 +18,10 @@ std::uint64_t openvdb_mesh_to_volume(const Mesh& mesh, int threads) {
     for (const Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
     oneapi::tbb::task_arena arena(threads);
     return arena.execute([&] {
-        const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
-        return openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *openvdb::math::Transform::createLinearTransform(1),
-                                                                3, 3)
+        const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points,
+                                                                                                 triangles);
+        return openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+                   adapter, *openvdb::math::Transform::createLinearTransform(1), 3, 3)
             ->activeVoxelCount();
     });
 }

@@ -10,10 +10,10 @@
 namespace its {
 
 struct SliceOptions {
-    int axis = 2;            ///< 0 x, 1 y, 2 z: the normal of the plane
-    double at = 0.5;         ///< position of the plane within the mesh's bounds, 0 to 1
-    int size = 1024;         ///< pixels of the longer side of the plot, 64 to 8192
-    bool cells = false;      ///< draw the octree's cells
+    int axis = 2;        ///< 0 x, 1 y, 2 z: the normal of the plane
+    double at = 0.5;     ///< position of the plane within the mesh's bounds, 0 to 1
+    int size = 1024;     ///< pixels of the longer side of the plot, 64 to 8192
+    bool cells = false;  ///< draw the octree's cells
     int threads = 0;
 };
 

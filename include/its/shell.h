@@ -46,15 +46,15 @@ struct ShellInfo {
     Solver solver = Solver::direct;
     bool mesh_closed = false;
     std::uint64_t mesh_vertices = 0, mesh_triangles = 0;
-    double scale = 0;                      ///< s: the longest side of the bounds, rounded up to the lattice
-    double cell_width = 0;                 ///< w = s·2⁻ᴷ
-    Box root;                              ///< the root cube, side 2s
-    double epsilon_inner = 0;              ///< ε₁ ≤ 0
-    double epsilon_outer = 0;              ///< ε₂ ≥ 0
-    double rounding = 0;                   ///< γ, the proven rounding error contained in ε₁ and ε₂
-    std::uint64_t surface_cells = 0;       ///< finest cells that meet M
-    std::uint64_t cells = 0;               ///< of all levels
-    std::uint64_t memory_bytes = 0;        ///< of the shell without its copy of the mesh
+    double scale = 0;                 ///< s: the longest side of the bounds, rounded up to the lattice
+    double cell_width = 0;            ///< w = s·2⁻ᴷ
+    Box root;                         ///< the root cube, side 2s
+    double epsilon_inner = 0;         ///< ε₁ ≤ 0
+    double epsilon_outer = 0;         ///< ε₂ ≥ 0
+    double rounding = 0;              ///< γ, the proven rounding error contained in ε₁ and ε₂
+    std::uint64_t surface_cells = 0;  ///< finest cells that meet M
+    std::uint64_t cells = 0;          ///< of all levels
+    std::uint64_t memory_bytes = 0;   ///< of the shell without its copy of the mesh
     double thickness() const { return epsilon_outer - epsilon_inner; }
 };
 

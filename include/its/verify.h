@@ -20,11 +20,11 @@ struct VerifyOptions {
 
 /// One promise of docs/guarantees, checked.
 struct VerifyCheck {
-    std::string name;     ///< "G1 containment, sampled", …
+    std::string name;  ///< "G1 containment, sampled", …
     bool passed = false;
     std::uint64_t tested = 0, violations = 0;
-    double worst = 0;     ///< smallest margin seen, in mesh units; negative: by how much it failed
-    std::string detail;   ///< one line
+    double worst = 0;    ///< smallest margin seen, in mesh units; negative: by how much it failed
+    std::string detail;  ///< one line
 };
 
 struct VerifyReport {

@@ -1,7 +1,7 @@
 #include "base/memory.h"
 
-#include <algorithm>
 #include <fmt/format.h>
+#include <algorithm>
 #include <fstream>
 #include <limits>
 

@@ -18,7 +18,8 @@ namespace {
 
 constexpr int lanes = 8;
 constexpr int padded_points = 32;  // 27 points, the last one repeated
-constexpr double open_factor = 2;  // nodes of more than this many half cubes are opened; measured, see docs/design/distance.md
+constexpr double open_factor =
+    2;  // nodes of more than this many half cubes are opened; measured, see docs/design/distance.md
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A node of the triangle tree that may hold the triangle nearest to some point of a cube.
@@ -48,7 +49,8 @@ struct alignas(64) Packet {
 };
 
 /// distance[i] = lower bound on the distance from point i to what is in the sphere.
-ITS_CLONES void sphere_distances(const Points& p, double sx, double sy, double sz, double radius, double* distance) {
+ITS_CLONES void sphere_distances(const Points& p, double sx, double sy, double sz, double radius,
+                                 double* distance) {
     for (int i = 0; i < lanes; ++i) {
         const double dx = p.x[i] - sx, dy = p.y[i] - sy, dz = p.z[i] - sz;
         distance[i] = std::sqrt(dx * dx + dy * dy + dz * dz) - radius;
@@ -61,8 +63,12 @@ ITS_CLONES void triangle_distances(const Points& p, const TriangleTree::Block& t
     for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_distance(t, lane, p.x[i], p.y[i], p.z[i]));
 }
 
-ITS_INLINE double larger(double a, double b) { return a < b ? b : a; }
-ITS_INLINE double smaller(double a, double b) { return b < a ? b : a; }
+ITS_INLINE double larger(double a, double b) {
+    return a < b ? b : a;
+}
+ITS_INLINE double smaller(double a, double b) {
+    return b < a ? b : a;
+}
 
 /// The largest of eight numbers, without a chain of dependent comparisons.
 ITS_INLINE double largest(const double* v) {
@@ -179,9 +185,12 @@ const GroupShape shape;
 class Descent {
 public:
     Descent(const Octree& octree, const TriangleTree& tree, std::vector<std::vector<double>>& distance)
-        : octree_(octree), tree_(tree), distance_(distance),
+        : octree_(octree),
+          tree_(tree),
+          distance_(distance),
           slack_(TriangleTree::widening * unit_roundoff * std::ldexp(2.0, octree.depth)),
-          lists_(std::size_t(octree.depth) + 1), opened_(std::size_t(octree.depth) + 1) {}
+          lists_(std::size_t(octree.depth) + 1),
+          opened_(std::size_t(octree.depth) + 1) {}
 
     /// The candidates of the group of a level that solve() and open() work on. May be changed by the caller.
     std::vector<Candidate>& list(int level) { return lists_[level]; }
@@ -202,8 +211,10 @@ public:
         const double radius = std::sqrt(3.0) * step + slack_;
         for (const Candidate& c : candidates) {
             if (c.distance >= packet_.largest_bound + radius) break;
-            if (c.level == 0) try_triangle(c.index, c.distance);
-            else visit(c.level, c.index);
+            if (c.level == 0)
+                try_triangle(c.index, c.distance);
+            else
+                visit(c.level, c.index);
         }
         for (int i = 0; i < count; ++i) solved[shape.inner[i]] = std::sqrt(packet_.squared[i]);
     }
@@ -225,12 +236,13 @@ public:
         for (const Candidate& c : lists_[level]) open_node(c.level, c.index, cubes, opened_[level]);
     }
 
-    /// Puts into list(level − 1) the nodes of open() that can be nearest to a point of child c's cube, and seeds
-    /// the child group's corners with the distances that are known there.
+    /// Puts into list(level − 1) the nodes of open() that can be nearest to a point of child c's cube, and
+    /// seeds the child group's corners with the distances that are known there.
     void pass_on(int level, std::uint64_t group, int child, std::uint64_t child_group) {
         const double* const known = &distance_[level][group_points * group];
         double* const seed = &distance_[level - 1][group_points * child_group];
-        for (int corner = 0; corner < 8; ++corner) seed[corner_point(corner)] = known[group_point(child, corner)];
+        for (int corner = 0; corner < 8; ++corner)
+            seed[corner_point(corner)] = known[group_point(child, corner)];
         const std::vector<Opened>& opened = opened_[level];
         double at_centre = infinity;
         for (const Opened& o : opened)
@@ -264,10 +276,11 @@ private:
         }
     }
 
-    /// How far from the centre of child c's cube anything that is nearest to a point of the cube can be. Every point
-    /// is within `radius` of the centre and of a corner: let B = min(D(centre), largest D(corner)) + radius, then no
-    /// point of the cube is farther than B from M, and what is farther than B + radius from the centre is farther
-    /// than B from all of the cube. `at_centre`: an upper bound on D(centre), besides those from the corners.
+    /// How far from the centre of child c's cube anything that is nearest to a point of the cube can be. Every
+    /// point is within `radius` of the centre and of a corner: let B = min(D(centre), largest D(corner)) +
+    /// radius, then no point of the cube is farther than B from M, and what is farther than B + radius from the
+    /// centre is farther than B from all of the cube. `at_centre`: an upper bound on D(centre), besides those
+    /// from the corners.
     double limit(int level, std::uint64_t group, int child, double at_centre) const {
         const double radius = std::sqrt(3.0) * std::ldexp(0.5, level);
         const double* const known = &distance_[level][group_points * group];
@@ -285,9 +298,10 @@ private:
         double limit[lanes];
     };
 
-    /// Appends the node, or what it consists of where it is much larger than the cubes, unless it is out of reach
-    /// of all.
-    void open_node(std::uint32_t level, std::uint32_t index, const ChildCubes& cubes, std::vector<Opened>& out) {
+    /// Appends the node, or what it consists of where it is much larger than the cubes, unless it is out of
+    /// reach of all.
+    void open_node(std::uint32_t level, std::uint32_t index, const ChildCubes& cubes,
+                   std::vector<Opened>& out) {
         const Sphere s = sphere(level, index);
         double distance[lanes];
         sphere_distances(cubes.centre, s.x, s.y, s.z, s.radius, distance);
@@ -296,19 +310,23 @@ private:
         if (!near) return;
         if (level > 0 && s.radius > open_factor * cubes.half) {
             const std::uint32_t begin = std::uint32_t(TriangleTree::arity) * index;
-            for (std::uint32_t i = begin; i < begin + TriangleTree::arity; ++i) open_node(level - 1, i, cubes, out);
+            for (std::uint32_t i = begin; i < begin + TriangleTree::arity; ++i)
+                open_node(level - 1, i, cubes, out);
             return;
         }
         Opened& o = out.emplace_back();
         o.level = level;
         o.index = index;
-        if (level == 0) triangle_distances(cubes.centre, tree_.block[index / lanes], index % lanes, o.distance);
-        else std::copy(distance, distance + lanes, o.distance);
+        if (level == 0)
+            triangle_distances(cubes.centre, tree_.block[index / lanes], index % lanes, o.distance);
+        else
+            std::copy(distance, distance + lanes, o.distance);
     }
 
     /// Improves the packet by all triangles below the node that can be nearest to one of its points.
     void visit(std::uint32_t level, std::uint32_t index) {
-        const unsigned points = may_improve(packet_, sphere(level, index));  // none if it is padding, infinitely far
+        const unsigned points =
+            may_improve(packet_, sphere(level, index));  // none if it is padding, infinitely far
         if (points == 0) return;
         if (level == 1) {
             improve_points(packet_, points, tree_.block[index]);

@@ -1,9 +1,9 @@
 #include "distance/triangle_tree.h"
 
+#include <oneapi/tbb/parallel_sort.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <oneapi/tbb/parallel_sort.h>
 #include <utility>
 
 #include "base/parallel.h"
@@ -27,12 +27,16 @@ WideVec3 wide_difference(const Vec3& p, const Vec3& q) {
 WideVec3 cross(const WideVec3& a, const WideVec3& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-long double dot(const WideVec3& a, const WideVec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+long double dot(const WideVec3& a, const WideVec3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 WideVec3 unit(const WideVec3& a) {
     const long double length = std::sqrt(dot(a, a));
     return length > 0 ? WideVec3{a.x / length, a.y / length, a.z / length} : WideVec3{0, 0, 0};
 }
-double reciprocal(long double x) { return x > 0 ? double(1 / x) : 0.0; }
+double reciprocal(long double x) {
+    return x > 0 ? double(1 / x) : 0.0;
+}
 
 void set_lane(TriangleTree::Block& t, std::uint64_t lane, const Vec3& a, const Vec3& b, const Vec3& c) {
     const auto store = [lane](double(&to)[3][TriangleTree::arity], const WideVec3& v) {
@@ -88,7 +92,8 @@ void resize_padded(TriangleTree::Spheres& s, std::uint64_t count) {
 
 }  // namespace
 
-TriangleTree make_triangle_tree(std::span<const Vec3> positions, std::span<const Triangle> triangles, double size) {
+TriangleTree make_triangle_tree(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                                double size) {
     TriangleTree tree;
     tree.source = morton_order(positions, triangles, size);
     const std::uint64_t count = triangles.size();

@@ -38,21 +38,23 @@ WindingLines::WindingLines(const Mesh& mesh, const Lattice& lattice, const Voxel
 
     Stage stage(progress, "signs", voxels.cell.size());
     std::vector<std::vector<Event>> found(chunk_count(voxels.cell.size(), cell_grain));
-    for_chunks(voxels.cell.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        for (std::uint64_t c = begin; c < end; ++c) {
-            const Cell at = morton_decode(voxels.cell[c]);
-            const Vec3 from = lattice.position({at[0], at[1], at[2]});
-            const double to_x = lattice.position(0, std::int64_t(at[0]) + 1);
-            int sum = 0;
-            for (std::uint64_t p = voxels.offset[c]; p < voxels.offset[c + 1]; ++p) {
-                const Triangle& t = mesh.triangles[voxels.triangle[p]];
-                sum += x_line_crossing(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], from, to_x);
-            }
-            const auto line = std::uint64_t((at[2] - z_begin_) * y_count_ + (at[1] - y_begin_));
-            if (sum != 0) found[chunk].push_back({line, at[0] + 1, sum});
-        }
-        stage.advance(end - begin);
-    });
+    for_chunks(voxels.cell.size(), cell_grain,
+               [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+                   for (std::uint64_t c = begin; c < end; ++c) {
+                       const Cell at = morton_decode(voxels.cell[c]);
+                       const Vec3 from = lattice.position({at[0], at[1], at[2]});
+                       const double to_x = lattice.position(0, std::int64_t(at[0]) + 1);
+                       int sum = 0;
+                       for (std::uint64_t p = voxels.offset[c]; p < voxels.offset[c + 1]; ++p) {
+                           const Triangle& t = mesh.triangles[voxels.triangle[p]];
+                           sum += x_line_crossing(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]],
+                                                  from, to_x);
+                       }
+                       const auto line = std::uint64_t((at[2] - z_begin_) * y_count_ + (at[1] - y_begin_));
+                       if (sum != 0) found[chunk].push_back({line, at[0] + 1, sum});
+                   }
+                   stage.advance(end - begin);
+               });
 
     first_.assign(std::uint64_t(y_count_ * z_count_) + 1, 0);
     for (const auto& events : found)
@@ -95,8 +97,8 @@ void apply_signs(const Octree& octree, const WindingLines& lines, std::vector<st
             double* const d = &distance[level][group_points * group];
             for (int row = 0; row < 9; ++row) {
                 std::int32_t winding[3];
-                lines.winding(2 * step * at[0], 2 * step * at[1] + step * (row % 3), 2 * step * at[2] + step * (row / 3),
-                              step, winding);
+                lines.winding(2 * step * at[0], 2 * step * at[1] + step * (row % 3),
+                              2 * step * at[2] + step * (row / 3), step, winding);
                 for (int i = 0; i < 3; ++i)
                     if (winding[i] >= 1) d[3 * row + i] = 0.0 - d[3 * row + i];  // +0 stays +0
             }

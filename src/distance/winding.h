@@ -23,12 +23,15 @@ public:
     WindingLines(const Mesh& mesh, const Lattice& lattice, const Voxels& voxels, const Progress& progress);
 
     /// Winding numbers of the three points (x, y, z), (x + step, y, z), (x + 2·step, y, z).
-    void winding(std::int64_t x, std::int64_t y, std::int64_t z, std::int64_t step, std::int32_t (&out)[3]) const;
+    void winding(std::int64_t x, std::int64_t y, std::int64_t z, std::int64_t step,
+                 std::int32_t (&out)[3]) const;
 
     std::uint64_t crossings() const { return crossing_.size(); }
 
     /// Bytes that the lines of a lattice region take before any crossing is stored.
-    static std::uint64_t table_bytes(std::uint64_t rows, std::uint64_t columns) { return 8 * (rows * columns + 1); }
+    static std::uint64_t table_bytes(std::uint64_t rows, std::uint64_t columns) {
+        return 8 * (rows * columns + 1);
+    }
 
 private:
     struct Crossing {

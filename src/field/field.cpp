@@ -71,8 +71,8 @@ double at_half(const double* value, const std::array<int, 3>& half) {
 
 /// Refines the cell, a leaf or a lattice cell in it, to the one of the next finer level that holds `finest`.
 /// Returns false, and leaves the cell alone, if no hat of the finer level reaches into that one.
-bool refine(const Octree& octree, const Field& field, const Index& finest, int level, const Index& leaf, int shift,
-            double* value) {
+bool refine(const Octree& octree, const Field& field, const Index& finest, int level, const Index& leaf,
+            int shift, double* value) {
     double refined[8];
     bool reached = false;
     for (int c = 0; c < 8; ++c) {
@@ -111,12 +111,10 @@ TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u) {
     // cells of a level that touch share a corner, so that once no corner is a grid point none will be.
     int level = leaf_level;
     const Index leaf = {finest[0] >> leaf_level, finest[1] >> leaf_level, finest[2] >> leaf_level};
-    while (level > 0 &&
-           refine(octree, field, finest, level - 1, leaf, leaf_level - (level - 1), cell.value))
+    while (level > 0 && refine(octree, field, finest, level - 1, leaf, leaf_level - (level - 1), cell.value))
         --level;
     cell.width = std::ldexp(1.0, level);
-    for (int axis = 0; axis < 3; ++axis)
-        cell.corner[axis] = double(finest[axis] >> level) * cell.width;
+    for (int axis = 0; axis < 3; ++axis) cell.corner[axis] = double(finest[axis] >> level) * cell.width;
     return cell;
 }
 

@@ -19,7 +19,9 @@ struct Field {
 
 /// The direct solution: cumulative values equal to D satisfy f(g) = D(g) on every level, since finer hats
 /// centred elsewhere vanish at g. `distance` is laid out as Field::values.
-inline Field solve_direct(std::vector<std::vector<double>> distance) { return {std::move(distance)}; }
+inline Field solve_direct(std::vector<std::vector<double>> distance) {
+    return {std::move(distance)};
+}
 
 /// A lattice cell on which f is trilinear: lower corner and width in lattice units, values at the corners.
 struct TrilinearCell {
@@ -28,11 +30,12 @@ struct TrilinearCell {
     double value[8];
 };
 
-/// The cell with this point of the root cube (lattice coordinates, 0 ≤ u ≤ 2^(depth+1)) on which f is trilinear:
-/// a finest cell, or in a coarser leaf the largest lattice cell that no finer hat reaches into.
+/// The cell with this point of the root cube (lattice coordinates, 0 ≤ u ≤ 2^(depth+1)) on which f is
+/// trilinear: a finest cell, or in a coarser leaf the largest lattice cell that no finer hat reaches into.
 TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u);
 
 /// The coefficient λ of the grid point at `corner` of child `child` of a group.
-double coefficient(const Octree& octree, const Field& field, int level, std::uint64_t group, int child, int corner);
+double coefficient(const Octree& octree, const Field& field, int level, std::uint64_t group, int child,
+                   int corner);
 
 }  // namespace its

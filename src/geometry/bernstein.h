@@ -35,9 +35,10 @@ struct Bounds {
 };
 
 /// Rounding error of the control values, in units of u·V, V the largest absolute corner value, for local
-/// coordinates in [−1/16, 17/16] (so that |gradient components| ≤ 2.3V and edges are shorter than 9/8 per axis).
-/// Edge values: 32 from the value, plus a third of three products of a gradient (err 32, size 2.3) and an edge (err
-/// 1): ≤ 32 + (3·9/8·(32 + 2.3·4))/3 < 80. Middle: (27·32 + 3·32 + 18·80)/6 + roundings of sums of size ≤ 27·1.5V
+/// coordinates in [−1/16, 17/16] (so that |gradient components| ≤ 2.3V and edges are shorter than 9/8 per
+/// axis). Edge values: 32 from the value, plus a third of three products of a gradient (err 32, size 2.3) and
+/// an edge (err 1): ≤ 32 + (3·9/8·(32 + 2.3·4))/3 < 80. Middle: (27·32 + 3·32 + 18·80)/6 + roundings of sums of
+/// size ≤ 27·1.5V
 /// (< 60) < 460.
 inline constexpr double control_roundings = 512;
 

@@ -52,8 +52,8 @@ inline void cut(const Polygon& in, int axis, double bound, double sign, Polygon&
 ///
 /// Let e = roundings_per_cut·u·size. If margin ≥ m + 6e, every point of the triangle within m of the unit cell
 /// (per axis) is within 6e (per axis) of the result's convex hull: by induction over the cuts, a point of the
-/// rounded polygon that is within k·e of the given point lies within m + k·e of the cell and so survives the cut,
-/// and the cut's new vertices are within e of the true ones.
+/// rounded polygon that is within k·e of the given point lies within m + k·e of the cell and so survives the
+/// cut, and the cut's new vertices are within e of the true ones.
 inline void clip_to_cell(const Vec3& a, const Vec3& b, const Vec3& c, double margin, Polygon& result) {
     Polygon other;
     Polygon *current = &result, *next = &other;

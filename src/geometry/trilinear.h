@@ -6,11 +6,14 @@
 namespace its {
 
 /// Rounding error of trilinear() and of each component of trilinear_with_gradient(), for |v| ≤ V and local
-/// coordinates in [−1/16, 17/16]: one a + t(b − a) errs by at most 6uV' on values of size V' (difference, product,
-/// sum) and returns at most 17/16·V'·…; three in a row, with the growth of V' bounded by (9/8)³, stay below 32uV.
+/// coordinates in [−1/16, 17/16]: one a + t(b − a) errs by at most 6uV' on values of size V' (difference,
+/// product, sum) and returns at most 17/16·V'·…; three in a row, with the growth of V' bounded by (9/8)³, stay
+/// below 32uV.
 inline constexpr double trilinear_roundings = 32;
 
-inline double lerp_exact_at_zero(double a, double b, double t) { return a + t * (b - a); }
+inline double lerp_exact_at_zero(double a, double b, double t) {
+    return a + t * (b - a);
+}
 
 /// The function at local coordinates p.
 inline double trilinear(const double* v, const Vec3& p) {

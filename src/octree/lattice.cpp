@@ -7,8 +7,8 @@ namespace its {
 namespace {
 
 constexpr int significand_bits = 53;
-constexpr int scale_bits = 24;      // of s when the mesh is near the origin
-constexpr int min_scale_bits = 8;   // s then exceeds the longest side by less than 2⁻⁷ of it
+constexpr int scale_bits = 24;     // of s when the mesh is near the origin
+constexpr int min_scale_bits = 8;  // s then exceeds the longest side by less than 2⁻⁷ of it
 constexpr double min_size = 1e-75, max_size = 1e75;
 
 /// The smallest number of `bits` significant bits that is ≥ x > 0.
@@ -45,17 +45,18 @@ Lattice make_lattice(const Box& box, int depth) {
     if (side == 0) side = far > 0 ? far : 1.0;  // a mesh that is one point: any scale will do
     if (!(side >= min_size && far <= max_size))
         throw InputError(fmt::format(
-            "mesh: size {:.3g} and largest coordinate {:.3g} must lie in [{:g}, {:g}]; scale the mesh", side, far,
-            min_size, max_size));
+            "mesh: size {:.3g} and largest coordinate {:.3g} must lie in [{:g}, {:g}]; scale the mesh", side,
+            far, min_size, max_size));
 
     // |base + 4i| ≤ 4(far/w + 2ᴷ⁺²) must leave scale_bits for w; the index has this many bits:
     const double index = 4 * (std::ldexp(far / side, depth) + std::ldexp(4.0, depth));
     const int bits = std::min(scale_bits, significand_bits - (std::ilogb(index) + 1));
     if (bits < min_scale_bits)
-        throw InputError(fmt::format(
-            "mesh: {:.3g} away from the origin, which is too far for its size {:.3g} at depth {}; move it nearer "
-            "to the origin or lower the depth",
-            far, side, depth));
+        throw InputError(
+            fmt::format("mesh: {:.3g} away from the origin, which is too far for its size {:.3g} at depth {}; "
+                        "move it nearer "
+                        "to the origin or lower the depth",
+                        far, side, depth));
 
     Lattice lattice{.depth = depth, .width = std::ldexp(round_up(side, bits), -depth), .base = {}};
     for (int axis = 0; axis < 3; ++axis) {

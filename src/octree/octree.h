@@ -27,8 +27,8 @@ struct Level {
     std::vector<std::uint64_t> parent;  ///< Morton code of the parent (a cell of level k+1), ascending
     std::vector<std::uint8_t> mask;     ///< bit c: child c is subdivided (k > 0) or meets M (k = 0)
     std::vector<std::uint64_t> first;   ///< number of mask bits before this group, over the level: the index of
-                                        ///< the group in level k−1, or of the surface cell, that belongs to the
-                                        ///< lowest set bit; one more entry at the end: the total
+                                       ///< the group in level k−1, or of the surface cell, that belongs to the
+                                       ///< lowest set bit; one more entry at the end: the total
     std::uint64_t groups() const { return parent.size(); }
 };
 

@@ -55,8 +55,8 @@ unsigned met_by_plane(const Vec3& a, const Vec3& ab, const Vec3& ac, double half
     const double at = dot(n, a);
     unsigned met = 0;
     for (int child = 0; child < 8; ++child) {
-        const double centre = (child & 1 ? n.x : -n.x) * half + (child & 2 ? n.y : -n.y) * half +
-                              (child & 4 ? n.z : -n.z) * half;
+        const double centre =
+            (child & 1 ? n.x : -n.x) * half + (child & 2 ? n.y : -n.y) * half + (child & 4 ? n.z : -n.z) * half;
         met |= unsigned(std::abs(at - centre) <= radius) << child;
     }
     return met;
@@ -75,7 +75,9 @@ constexpr unsigned spread_xz(unsigned bits) {
         if (bits >> b & 1) out |= 5u << ((b & 1) + 4 * (b >> 1));
     return out;
 }
-constexpr unsigned spread_xy(unsigned bits) { return bits | bits << 4; }
+constexpr unsigned spread_xy(unsigned bits) {
+    return bits | bits << 4;
+}
 
 struct SpreadTable {
     std::uint8_t yz[16], xz[16], xy[16];
@@ -102,8 +104,9 @@ unsigned children_met(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& c
     unsigned met = met_along_axis(0, std::min({x[0], x[1], x[2]}), std::max({x[0], x[1], x[2]}), half, dilated);
     met &= met_along_axis(1, std::min({y[0], y[1], y[2]}), std::max({y[0], y[1], y[2]}), half, dilated);
     met &= met_along_axis(2, std::min({z[0], z[1], z[2]}), std::max({z[0], z[1], z[2]}), half, dilated);
-    if (std::popcount(met) <= 1) return met;  // boxes overlap in one child at most: the triangle lies in it, or
-                                              // in none, and the parent was met
+    if (std::popcount(met) <= 1)
+        return met;  // boxes overlap in one child at most: the triangle lies in it, or
+                     // in none, and the parent was met
     met &= ~unsigned(spread.yz[separated_in_plane(y, z, half, dilated)]);
     met &= ~unsigned(spread.xz[separated_in_plane(x, z, half, dilated)]);
     met &= ~unsigned(spread.xy[separated_in_plane(x, y, half, dilated)]);
@@ -116,8 +119,8 @@ namespace {
 constexpr std::uint64_t cell_grain = 64;
 
 /// One step down: the children of `above` that triangles meet. half: of a child, in finest cell widths.
-Voxels descend(const Voxels& above, std::span<const Vec3> positions, std::span<const Triangle> triangles, int level,
-               double dilation, double size, Stage& stage) {
+Voxels descend(const Voxels& above, std::span<const Vec3> positions, std::span<const Triangle> triangles,
+               int level, double dilation, double size, Stage& stage) {
     const double half = std::ldexp(0.5, level);
     const std::uint64_t count = above.cell.size();
     std::vector<std::uint8_t> met(above.triangle.size());
@@ -131,8 +134,8 @@ Voxels descend(const Voxels& above, std::span<const Vec3> positions, std::span<c
             std::uint64_t pairs = 0;
             for (std::uint64_t p = above.offset[i]; p < above.offset[i + 1]; ++p) {
                 const Triangle& t = triangles[above.triangle[p]];
-                const unsigned bits = children_met(positions[t[0]], positions[t[1]], positions[t[2]], centre, half,
-                                                   dilation, size);
+                const unsigned bits = children_met(positions[t[0]], positions[t[1]], positions[t[2]], centre,
+                                                   half, dilation, size);
                 met[p] = std::uint8_t(bits);
                 any |= bits;
                 pairs += std::uint64_t(std::popcount(bits));
@@ -169,8 +172,8 @@ Voxels descend(const Voxels& above, std::span<const Vec3> positions, std::span<c
 
 }  // namespace
 
-Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> triangles, int depth, double dilation,
-                const Progress& progress,
+Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> triangles, int depth,
+                double dilation, const Progress& progress,
                 const std::function<void(int, std::uint64_t, std::uint64_t)>& before_level) {
     const double size = std::ldexp(2.0, depth);
     // 8u·size covers the test along the box's and the edges' axes: coordinates relative to the centre err by

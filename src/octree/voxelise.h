@@ -22,11 +22,13 @@ struct Voxels {
 /// Nothing that meets is missed: the separating-axis test dilates the box further by its own rounding error.
 /// A cell may be reported though it is apart by no more than that.
 /// \param positions  vertices in lattice coordinates, all in the root cube of 2^(depth+1) cells a side
-/// \param before_level  called with (level, cells, pairs) before each level's arrays are taken: the numbers of the
+/// \param before_level  called with (level, cells, pairs) before each level's arrays are taken: the numbers of
+/// the
 ///                      level above; may throw to refuse
-Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> triangles, int depth, double dilation,
-                const Progress& progress,
-                const std::function<void(int level, std::uint64_t cells, std::uint64_t pairs)>& before_level = {});
+Voxels voxelise(
+    std::span<const Vec3> positions, std::span<const Triangle> triangles, int depth, double dilation,
+    const Progress& progress,
+    const std::function<void(int level, std::uint64_t cells, std::uint64_t pairs)>& before_level = {});
 
 /// Bit c is set if the triangle meets child c of the cell with this centre; children are cubes of half width
 /// `half`, each dilated by `dilation`, which must contain 8u·2ᴷ⁺¹ for rounding. Exposed for tests.

@@ -1,8 +1,8 @@
 #include "shell/budget.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 
 #include "base/memory.h"
 #include "geometry/vec3.h"
@@ -14,9 +14,10 @@ namespace its {
 namespace {
 
 // What is alive at the peak, during the extremes or the distances:
-constexpr std::uint64_t bytes_per_group = 27 * 8 + 8 + 1 + 8;        // values, parent, mask, first
-constexpr std::uint64_t bytes_per_cell = 2 * 8 + 2 * 8 + 2 * 4 + 8;  // offset, code, bounds twice, one level above
-constexpr std::uint64_t bytes_per_pair = 4 + 2;                      // the list, and a third of it one level above
+constexpr std::uint64_t bytes_per_group = 27 * 8 + 8 + 1 + 8;  // values, parent, mask, first
+constexpr std::uint64_t bytes_per_cell =
+    2 * 8 + 2 * 8 + 2 * 4 + 8;                     // offset, code, bounds twice, one level above
+constexpr std::uint64_t bytes_per_pair = 4 + 2;    // the list, and a third of it one level above
 constexpr std::uint64_t bytes_per_triangle = 360;  // block, spheres, sort keys, positions, the shell's copy
 
 constexpr double triangles_per_cell = 4;  // what automatic_depth aims at
@@ -28,7 +29,9 @@ std::uint64_t limit_of(std::uint64_t options_limit) {
     return available > 0 ? available / 4 * 3 : ~std::uint64_t{0};
 }
 
-std::uint64_t estimated_bytes(const Mesh& mesh, int depth) { return build_bytes(estimate_size(mesh, depth)); }
+std::uint64_t estimated_bytes(const Mesh& mesh, int depth) {
+    return build_bytes(estimate_size(mesh, depth));
+}
 
 }  // namespace
 
@@ -83,7 +86,8 @@ int automatic_depth(const Mesh& mesh, std::uint64_t options_limit) {
     int depth = 0;
     for (int next = 1; next <= max_depth; ++next) {
         const BuildSize size = estimate_size(mesh, next);
-        if (double(size.pairs) < triangles_per_cell * double(size.surface_cells) || build_bytes(size) > limit) break;
+        if (double(size.pairs) < triangles_per_cell * double(size.surface_cells) || build_bytes(size) > limit)
+            break;
         depth = next;
     }
     return depth;

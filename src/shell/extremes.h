@@ -16,8 +16,8 @@ struct Extremes {
     std::vector<float> cell_lower, cell_upper;  ///< of each surface cell
 };
 
-/// The gap that branch and bound leaves between a bound and the attained extreme, in cell widths: the promise G2
-/// is 1e-6, and `candidates` must agree to 1e-9.
+/// The gap that branch and bound leaves between a bound and the attained extreme, in cell widths: the promise
+/// G2 is 1e-6, and `candidates` must agree to 1e-9.
 inline constexpr double extreme_gap = 0x1p-31;
 
 /// Bounds f on M. γ and the proof are in docs/design/extremes.md.
@@ -25,7 +25,7 @@ inline constexpr double extreme_gap = 0x1p-31;
 /// \param offset, triangle  the triangles that meet each surface cell dilated by lattice.point_error()
 Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
                        std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                       std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle, Extrema method,
-                       const Progress& progress);
+                       std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle,
+                       Extrema method, const Progress& progress);
 
 }  // namespace its

@@ -1,6 +1,6 @@
+#include <oneapi/tbb/parallel_sort.h>
 #include <algorithm>
 #include <limits>
-#include <oneapi/tbb/parallel_sort.h>
 #include <utility>
 
 #include "base/parallel.h"
@@ -17,14 +17,20 @@ Vec3 clamped(const Vec3& u, double cells) {
     return {std::clamp(u.x, 0.0, cells), std::clamp(u.y, 0.0, cells), std::clamp(u.z, 0.0, cells)};
 }
 
-Vec3 local(const TrilinearCell& cell, const Vec3& u) { return (1.0 / cell.width) * (u - cell.corner); }
+Vec3 local(const TrilinearCell& cell, const Vec3& u) {
+    return (1.0 / cell.width) * (u - cell.corner);
+}
 
 }  // namespace
 
 ThinShell::ThinShell(std::shared_ptr<const ShellData> data) : data_(std::move(data)) {}
 
-const ShellInfo& ThinShell::info() const { return data_->info; }
-const Mesh& ThinShell::mesh() const { return data_->mesh; }
+const ShellInfo& ThinShell::info() const {
+    return data_->info;
+}
+const Mesh& ThinShell::mesh() const {
+    return data_->mesh;
+}
 
 double ThinShell::value(const Vec3& point) const {
     if (!finite(point)) return std::numeric_limits<double>::quiet_NaN();

@@ -14,7 +14,8 @@ namespace {
 
 using Real = long double;
 
-/// Distance to a triangle in extended precision: the interior's foot where it lies inside, else the nearest edge.
+/// Distance to a triangle in extended precision: the interior's foot where it lies inside, else the nearest
+/// edge.
 Real exact_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
     const auto segment = [&](const Vec3& s, const Vec3& e) {
         Real dd = 0, pd = 0;
@@ -65,15 +66,16 @@ struct Setting {
 Setting setting(const Mesh& mesh, int depth) {
     Setting s{make_lattice(bounds(mesh), depth), {}, {}};
     for (const Vec3& v : mesh.vertices) s.positions.push_back(s.lattice.to_lattice(v));
-    s.octree = make_octree(
-        depth, voxelise(s.positions, mesh.triangles, depth, s.lattice.point_error(), {}).cell);
+    s.octree =
+        make_octree(depth, voxelise(s.positions, mesh.triangles, depth, s.lattice.point_error(), {}).cell);
     return s;
 }
 
 Vec3 position(const Octree& octree, int level, std::uint64_t group, int point) {
     const Cell at = morton_decode(octree.levels[level].parent[group]);
     const double step = std::ldexp(1.0, level);
-    return {step * (2.0 * at[0] + point % 3), step * (2.0 * at[1] + point / 3 % 3), step * (2.0 * at[2] + point / 9)};
+    return {step * (2.0 * at[0] + point % 3), step * (2.0 * at[1] + point / 3 % 3),
+            step * (2.0 * at[2] + point / 9)};
 }
 
 void compare_with_brute_force(const Mesh& mesh, int depth, int samples) {
@@ -89,8 +91,8 @@ void compare_with_brute_force(const Mesh& mesh, int depth, int samples) {
             const Vec3 p = position(s.octree, k, group, point);
             Real expected = std::numeric_limits<Real>::infinity();
             for (const Triangle& t : mesh.triangles)
-                expected = std::min(
-                    expected, exact_distance(p, s.positions[t[0]], s.positions[t[1]], s.positions[t[2]]));
+                expected = std::min(expected,
+                                    exact_distance(p, s.positions[t[0]], s.positions[t[1]], s.positions[t[2]]));
             // docs/design/distance.md: 8u × the size of the coordinates.
             ASSERT_NEAR(distance[k][group_points * group + point], double(expected),
                         8 * unit_roundoff * s.lattice.cells())
@@ -117,7 +119,8 @@ TEST(GridDistance, AgreesWithBruteForceOnSlivers) {
         const double thin = std::pow(10.0, -double(i % 18));
         mesh.vertices.push_back(a);
         mesh.vertices.push_back(a + 0.3 * d);
-        mesh.vertices.push_back(a + (0.3 * unit(random)) * d + thin * Vec3{unit(random), unit(random), unit(random)});
+        mesh.vertices.push_back(a + (0.3 * unit(random)) * d +
+                                thin * Vec3{unit(random), unit(random), unit(random)});
         mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     compare_with_brute_force(mesh, 6, 300);

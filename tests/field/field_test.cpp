@@ -1,7 +1,7 @@
 #include "field/field.h"
 
-#include <cmath>
 #include <gtest/gtest.h>
+#include <cmath>
 #include <map>
 #include <random>
 
@@ -48,8 +48,10 @@ std::vector<GridPoint> grid_points(const ShellData& shell) {
                                                  step * (2.0 * at[2] + p / 9)};
                     const double c = coefficient(shell.octree, shell.field, k, group, child, corner);
                     const auto [it, is_new] = known.emplace(position, c);
-                    if (is_new) result.push_back({{position[0], position[1], position[2]}, k, c});
-                    else EXPECT_NEAR(it->second, c, 1e-12) << "one coefficient for all cells that share a point";
+                    if (is_new)
+                        result.push_back({{position[0], position[1], position[2]}, k, c});
+                    else
+                        EXPECT_NEAR(it->second, c, 1e-12) << "one coefficient for all cells that share a point";
                 }
         }
     }

@@ -13,8 +13,7 @@ using Real = long double;
 
 Real trilinear_exactly(const double* v, Real x, Real y, Real z) {
     Real sum = 0;
-    for (int c = 0; c < 8; ++c)
-        sum += v[c] * (c & 1 ? x : 1 - x) * (c & 2 ? y : 1 - y) * (c & 4 ? z : 1 - z);
+    for (int c = 0; c < 8; ++c) sum += v[c] * (c & 1 ? x : 1 - x) * (c & 2 ? y : 1 - y) * (c & 4 ? z : 1 - z);
     return sum;
 }
 
@@ -65,7 +64,8 @@ TEST(Bernstein, BoundsHoldOnDenseSamplesAndAreAttainedWhereTheySay) {
     std::mt19937_64 random(4);
     for (int i = 0; i < 3000; ++i) {
         const Case c = random_case(random);
-        const Bounds b = bernstein_bounds(c.corner, sample(c.corner, c.p), sample(c.corner, c.q), sample(c.corner, c.r));
+        const Bounds b =
+            bernstein_bounds(c.corner, sample(c.corner, c.p), sample(c.corner, c.q), sample(c.corner, c.r));
         const double slack = (control_roundings + trilinear_roundings) * unit_roundoff * 2;
         EXPECT_LE(b.lower, b.least);
         EXPECT_LE(b.most, b.upper);
@@ -83,8 +83,8 @@ TEST(Bernstein, BoundsHoldOnDenseSamplesAndAreAttainedWhereTheySay) {
 }
 
 TEST(Bernstein, ControlValuesAreThePolarForm) {
-    // b(p,q,r) is the mean of the products over the orders of the arguments: compare the middle one, computed from
-    // the centroid, through the bounds of a function whose middle control value is the largest.
+    // b(p,q,r) is the mean of the products over the orders of the arguments: compare the middle one, computed
+    // from the centroid, through the bounds of a function whose middle control value is the largest.
     const double corner[8] = {0, 0, 0, 0, 0, 0, 0, 6};  // 6xyz: b(p,q,r) = the permanent of the coordinates
     const Vec3 p{1, 0, 0}, q{0, 1, 0}, r{0, 0, 1};
     const Bounds b = bernstein_bounds(corner, sample(corner, p), sample(corner, q), sample(corner, r));

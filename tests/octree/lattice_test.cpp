@@ -10,7 +10,9 @@ namespace its {
 namespace {
 
 /// Whether a·b is exact.
-bool product_is_exact(double a, double b) { return std::fma(a, b, -(a * b)) == 0; }
+bool product_is_exact(double a, double b) {
+    return std::fma(a, b, -(a * b)) == 0;
+}
 
 void expect_exact_positions(const Lattice& lattice) {
     for (int axis = 0; axis < 3; ++axis)
@@ -33,7 +35,8 @@ TEST(Lattice, PositionsAreExactAndTheMeshIsWellInside) {
                 EXPECT_LE(side, lattice.scale()) << entry.name;
                 const double margin = 0.375 * lattice.scale();  // s/2, less the rounding of the centre
                 EXPECT_GE(box.min[axis] - lattice.position(axis, 0), margin) << entry.name << depth;
-                EXPECT_GE(lattice.position(axis, lattice.cells()) - box.max[axis], margin) << entry.name << depth;
+                EXPECT_GE(lattice.position(axis, lattice.cells()) - box.max[axis], margin)
+                    << entry.name << depth;
             }
         }
 }

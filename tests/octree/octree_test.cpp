@@ -1,7 +1,7 @@
 #include "octree/octree.h"
 
-#include <bit>
 #include <gtest/gtest.h>
+#include <bit>
 #include <random>
 #include <set>
 
@@ -35,7 +35,8 @@ std::vector<Vec3> lattice_positions(const Mesh& mesh, const Lattice& lattice) {
 
 /// Every cell of the bounding boxes of the triangles against the clip: cells that a triangle meets by more than
 /// 1e-9 must be there, cells that none comes within 1e-9 of must not.
-void compare_with_clipping(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles, int depth) {
+void compare_with_clipping(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
+                           int depth) {
     const Voxels voxels = voxelise(positions, triangles, depth, 1e-13, {});
     std::set<std::pair<std::uint64_t, std::uint32_t>> found;
     for (std::size_t c = 0; c < voxels.cell.size(); ++c)
@@ -45,17 +46,20 @@ void compare_with_clipping(const std::vector<Vec3>& positions, const std::vector
     const std::int64_t side = std::int64_t{2} << depth;
     std::size_t allowed = 0;
     for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-        const Vec3 a = positions[triangles[t][0]], b = positions[triangles[t][1]], c = positions[triangles[t][2]];
+        const Vec3 a = positions[triangles[t][0]], b = positions[triangles[t][1]],
+                   c = positions[triangles[t][2]];
         std::int64_t low[3], high[3];
         for (int axis = 0; axis < 3; ++axis) {
             low[axis] = std::max<std::int64_t>(std::int64_t(std::min({a[axis], b[axis], c[axis]})) - 1, 0);
-            high[axis] = std::min<std::int64_t>(std::int64_t(std::max({a[axis], b[axis], c[axis]})) + 1, side - 1);
+            high[axis] =
+                std::min<std::int64_t>(std::int64_t(std::max({a[axis], b[axis], c[axis]})) + 1, side - 1);
         }
         for (std::int64_t z = low[2]; z <= high[2]; ++z)
             for (std::int64_t y = low[1]; y <= high[1]; ++y)
                 for (std::int64_t x = low[0]; x <= high[0]; ++x) {
                     const Vec3 corner{double(x), double(y), double(z)};
-                    const std::pair key{morton_encode({std::uint32_t(x), std::uint32_t(y), std::uint32_t(z)}), t};
+                    const std::pair key{morton_encode({std::uint32_t(x), std::uint32_t(y), std::uint32_t(z)}),
+                                        t};
                     const bool is_found = found.count(key) > 0;
                     const bool met = clip_to_cell(a - corner, b - corner, c - corner, -1e-9).size > 0;
                     ASSERT_TRUE(is_found || !met) << "triangle " << t << " at " << x << ' ' << y << ' ' << z;
@@ -87,8 +91,8 @@ TEST(Voxelise, AgreesWithClippingOnRandomTriangles) {
     for (std::uint32_t i = 0; i < 300; ++i) {
         for (int corner = 0; corner < 3; ++corner) {
             Vec3 p{anywhere(random), anywhere(random), anywhere(random)};
-            if (i % 3 == 1) p = {std::round(p.x), std::round(p.y), std::round(p.z)};        // on the lattice
-            if (i % 7 == 2 && corner > 0) p = positions[positions.size() - 1];              // degenerate
+            if (i % 3 == 1) p = {std::round(p.x), std::round(p.y), std::round(p.z)};  // on the lattice
+            if (i % 7 == 2 && corner > 0) p = positions[positions.size() - 1];        // degenerate
             if (i % 5 == 3 && corner == 2) p = 0.5 * (positions[3 * i] + positions[3 * i + 1]);  // collinear
             positions.push_back(p);
         }

@@ -25,7 +25,8 @@ template <class F>
 void for_samples(const Mesh& mesh, int count, F&& fn) {
     for (const Triangle& t : mesh.triangles) {
         const Vec3 a = mesh.vertices[t[0]], b = mesh.vertices[t[1]], c = mesh.vertices[t[2]];
-        for (const Vec3& p : {a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (1.0 / 3.0) * (a + b + c)}) fn(p);
+        for (const Vec3& p : {a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (1.0 / 3.0) * (a + b + c)})
+            fn(p);
     }
     std::mt19937_64 random(4);
     std::uniform_real_distribution<double> unit(0, 1);
@@ -71,9 +72,9 @@ TEST(Shell, OfACubeAlignedWithTheLatticeHasNoThickness) {
 }
 
 TEST(Shell, OfASphereHasTheThicknessOfTrilinearInterpolation) {
-    // On a cell of width w the trilinear interpolant of a function with second derivatives bounded by 1/r differs
-    // from it by at most 3·w²/8r; the distance to a sphere has them bounded so near the sphere (r ≥ R − 2w), and the
-    // mesh lies within R(1 − cos(largest edge angle / 2)) of the sphere.
+    // On a cell of width w the trilinear interpolant of a function with second derivatives bounded by 1/r
+    // differs from it by at most 3·w²/8r; the distance to a sphere has them bounded so near the sphere (r ≥ R −
+    // 2w), and the mesh lies within R(1 − cos(largest edge angle / 2)) of the sphere.
     const double radius = 1;
     const Mesh mesh = zoo::sphere({0.1, 0.2, 0.3}, radius, 5);
     for (const int depth : {3, 4, 5, 6}) {
@@ -108,7 +109,8 @@ TEST(Shell, LocalBoundsHoldOnSamples) {
         const ShellData& data = shell.data();
         for_samples(entry.mesh, 5000, [&](const Vec3& p) {
             const Vec3 u = data.lattice.to_lattice(p);
-            const std::uint64_t cell = morton_encode({std::uint32_t(u.x), std::uint32_t(u.y), std::uint32_t(u.z)});
+            const std::uint64_t cell =
+                morton_encode({std::uint32_t(u.x), std::uint32_t(u.y), std::uint32_t(u.z)});
             const std::uint64_t group = data.octree.find(0, cell >> 3);
             ASSERT_NE(group, no_group) << entry.name;
             const unsigned mask = data.octree.levels[0].mask[group];
@@ -124,9 +126,11 @@ TEST(Shell, LocalBoundsHoldOnSamples) {
 
 TEST(Shell, EpsilonsAreAttained) {
     for (const auto& entry : zoo::all()) {
-        const ThinShell shell = build_at(entry.mesh, 4), attained = build_at(entry.mesh, 4, Extrema::candidates);
+        const ThinShell shell = build_at(entry.mesh, 4),
+                        attained = build_at(entry.mesh, 4, Extrema::candidates);
         const double w = shell.info().cell_width, rounding = shell.info().rounding;
-        const double outer = attained.info().epsilon_outer - rounding, inner = attained.info().epsilon_inner + rounding;
+        const double outer = attained.info().epsilon_outer - rounding,
+                     inner = attained.info().epsilon_inner + rounding;
         EXPECT_LE(shell.info().epsilon_outer, std::max(outer + 1e-6 * w, 2 * rounding)) << entry.name;
         EXPECT_GE(shell.info().epsilon_inner, std::min(inner - 1e-6 * w, -2 * rounding)) << entry.name;
     }
@@ -175,7 +179,8 @@ TEST(Invariance, TriangleOrderDoesNotMatter) {
 }
 
 TEST(Invariance, TurningAboutAnAxisTurnsTheShell) {
-    constexpr double quarter[9] = {0, -1, 0, 1, 0, 0, 0, 0, 1};  // (x, y, z) to (−y, x, z): the lattice turns with it
+    constexpr double quarter[9] = {0, -1, 0, 1, 0,
+                                   0, 0,  0, 1};  // (x, y, z) to (−y, x, z): the lattice turns with it
     for (const auto& entry : zoo::all()) {
         const ThinShell a = build_at(entry.mesh, 4);
         const ThinShell b = build_at(zoo::transformed(entry.mesh, quarter, {0, 0, 0}, 1), 4);

@@ -34,7 +34,7 @@ Mesh single_triangle();
 Mesh degenerate();
 
 Mesh transformed(const Mesh& mesh, const double rotation[9], const Vec3& shift, double scale);
-Mesh reversed(const Mesh& mesh);               ///< orientation flipped
+Mesh reversed(const Mesh& mesh);  ///< orientation flipped
 Mesh joined(const Mesh& a, const Mesh& b);
 Mesh shuffled(const Mesh& mesh, std::uint64_t seed);  ///< triangles in another order, corners rotated
 
