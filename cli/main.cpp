@@ -44,12 +44,25 @@ bool is_command(const std::string& word) {
     return false;
 }
 
+/// The first word that looks like a long option and is none of the command's, or nothing.
+std::string unknown_option(const CLI::App& command, int argc, char** argv) {
+    for (int i = 2; i < argc; ++i) {
+        const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+        if (word.size() > 2 && word.compare(0, 2, "--") == 0 && command.get_option_no_throw(word) == nullptr)
+            return word;
+    }
+    return "";
+}
+
 /// Prints a usage error in one line, or the help that was asked for.
 int finish_parsing(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
     const std::string word = argc > 1 ? argv[1] : "";
     if (is_command(word)) {
-        print_message("error", fmt::format("{} (see its {} --help)", error.what(), word));
+        // CLI11 would first complain about what a misspelled option leaves missing.
+        const std::string unknown = unknown_option(*app.get_subcommand(word), argc, argv);
+        print_message("error", fmt::format("{} (see its {} --help)",
+                                           unknown.empty() ? error.what() : "unknown option " + unknown, word));
     } else if (word.empty() || word.front() == '-') {
         print_message("error", fmt::format("{}; the first word is a command: {} (see its --help)",
                                            word.empty() ? "no command given" : "'" + word + "' is no command",

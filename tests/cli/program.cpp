@@ -1,5 +1,6 @@
 #include "cli/program.h"
 
+#include <grp.h>
 #include <poll.h>
 #include <pty.h>
 #include <sys/wait.h>
@@ -95,7 +96,8 @@ Result run_as(uid_t user, const fs::path& program, const std::vector<std::string
         dup2(out[1], STDOUT_FILENO);
         dup2(error[1], STDERR_FILENO);
         for (const int file : {out[0], out[1], error[0], error[1]}) close(file);
-        if (user != geteuid() && setuid(user) != 0) _exit(126);
+        if (user != geteuid() && (setgroups(0, nullptr) != 0 || setgid(user) != 0 || setuid(user) != 0))
+            _exit(126);
         execute(program, arguments);
     }
     close(out[1]);
