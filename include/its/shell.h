@@ -28,13 +28,13 @@ inline constexpr int max_depth = 16;
 struct BuildOptions {
     /// K, in [0, max_depth]; the finest cell is s·2⁻ᴷ wide. Empty: chosen so that a surface cell holds
     /// about four triangles, within max_memory.
-    std::optional<int> depth;
-    std::optional<SignRule> sign;  ///< empty: by the state of the mesh, see MeshReport::sign
+    std::optional<int> depth = {};
+    std::optional<SignRule> sign = {};  ///< empty: by the state of the mesh, see MeshReport::sign
     Extrema extrema = Extrema::certified;
     Solver solver = Solver::direct;
     std::uint64_t max_memory = 0;  ///< bytes; 0: three quarters of what is free now
     int threads = 0;               ///< 0: all. The result is the same bytes for any number
-    Progress progress;
+    Progress progress = {};
 };
 
 /// How a shell was built, and what it holds. Lengths in mesh units.

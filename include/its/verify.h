@@ -15,7 +15,7 @@ struct VerifyOptions {
     std::uint64_t seed = 20240;
     std::uint64_t sign_samples = 2'000;  ///< grid points whose winding number is summed from solid angles
     int threads = 0;
-    Progress progress;
+    Progress progress = {};
 };
 
 /// One promise of docs/guarantees, checked.

@@ -70,7 +70,7 @@ double at_half(const double* value, const std::array<int, 3>& half) {
 }
 
 /// Refines the cell, a leaf or a lattice cell in it, to the one of the next finer level that holds `finest`.
-/// Returns false, and leaves the cell alone, if no hat of the finer level reaches into that one.
+/// Returns whether a hat of the finer level reaches into that one.
 bool refine(const Octree& octree, const Field& field, const Index& finest, int level, const Index& leaf,
             int shift, double* value) {
     double refined[8];
@@ -90,7 +90,7 @@ bool refine(const Octree& octree, const Field& field, const Index& finest, int l
         reached |= known.has_value();
         refined[c] = known ? *known : at_half(value, half);
     }
-    if (reached) std::copy(refined, refined + 8, value);
+    std::copy(refined, refined + 8, value);
     return reached;
 }
 
@@ -111,8 +111,8 @@ TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u) {
     // cells of a level that touch share a corner, so that once no corner is a grid point none will be.
     int level = leaf_level;
     const Index leaf = {finest[0] >> leaf_level, finest[1] >> leaf_level, finest[2] >> leaf_level};
-    while (level > 0 && refine(octree, field, finest, level - 1, leaf, leaf_level - (level - 1), cell.value))
-        --level;
+    for (bool reached = true; level > 0 && reached; --level)
+        reached = refine(octree, field, finest, level - 1, leaf, leaf_level - (level - 1), cell.value);
     cell.width = std::ldexp(1.0, level);
     for (int axis = 0; axis < 3; ++axis) cell.corner[axis] = double(finest[axis] >> level) * cell.width;
     return cell;

@@ -31,7 +31,8 @@ struct TrilinearCell {
 };
 
 /// The cell with this point of the root cube (lattice coordinates, 0 ≤ u ≤ 2^(depth+1)) on which f is
-/// trilinear: a finest cell, or in a coarser leaf the largest lattice cell that no finer hat reaches into.
+/// trilinear: a finest cell, or in a coarser leaf the first lattice cell,
+/// going down, that no finer hat reaches into.
 TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u);
 
 /// The coefficient λ of the grid point at `corner` of child `child` of a group.

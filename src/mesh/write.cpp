@@ -1,19 +1,15 @@
 #include <fmt/format.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <string>
-#include <utility>
 
+#include "base/output_file.h"
 #include "geometry/vec3.h"
 #include "its/mesh.h"
 #include "mesh/readers.h"
@@ -22,33 +18,10 @@ namespace its {
 
 namespace {
 
-/// A file under a temporary name beside its final one; removed again unless commit() succeeds.
+/// Text and numbers, buffered on their way into a file that appears complete or not at all.
 class NewFile {
 public:
-    /// \throws FileError if nothing can be created there, or a non-file stands there.
-    explicit NewFile(const std::filesystem::path& path) : path_(path) {
-        std::error_code error;
-        if (std::filesystem::is_symlink(path_, error)) {  // replace what the link points to, not the link
-            const auto target = std::filesystem::weakly_canonical(path_, error);
-            if (!error) path_ = target;
-        }
-        if (std::filesystem::exists(path_, error) && !std::filesystem::is_regular_file(path_, error)) {
-            throw FileError(fmt::format("cannot write '{}': it is not a regular file", path.string()));
-        }
-        static std::atomic<unsigned> counter = 0;
-        temporary_ = path_;
-        temporary_ += fmt::format(".{}-{}.tmp", ::getpid(), counter++);
-        file_ = std::fopen(temporary_.c_str(), "wbx");
-        if (file_ == nullptr) fail();
-        buffer_.reserve(capacity + 256);
-    }
-    NewFile(const NewFile&) = delete;
-    NewFile& operator=(const NewFile&) = delete;
-    ~NewFile() {
-        if (file_ != nullptr) std::fclose(file_);
-        std::error_code ignored;
-        if (!temporary_.empty()) std::filesystem::remove(temporary_, ignored);
-    }
+    explicit NewFile(const std::filesystem::path& path) : file_(path) { buffer_.reserve(capacity + 256); }
 
     NewFile& operator<<(std::string_view text) {
         buffer_.append(text);
@@ -71,13 +44,7 @@ public:
     /// Gives the file its name. \throws FileError if any byte could not be written (a full disk).
     void commit() {
         flush();
-        if (std::fflush(file_) != 0) fail();
-        std::FILE* const file = std::exchange(file_, nullptr);
-        if (std::fclose(file) != 0) fail();
-        std::error_code error;
-        std::filesystem::rename(temporary_, path_, error);
-        if (error) throw FileError(fmt::format("cannot write '{}': {}", path_.string(), error.message()));
-        temporary_.clear();
+        file_.commit();
     }
 
 private:
@@ -89,15 +56,11 @@ private:
         return {text_, std::size_t(end - text_)};
     }
     void flush() {
-        if (std::fwrite(buffer_.data(), 1, buffer_.size(), file_) != buffer_.size()) fail();
+        file_.write(std::as_bytes(std::span(buffer_)));
         buffer_.clear();
     }
-    [[noreturn]] void fail() const {
-        throw FileError(fmt::format("cannot write '{}': {}", path_.string(), std::strerror(errno)));
-    }
 
-    std::filesystem::path path_, temporary_;
-    std::FILE* file_ = nullptr;
+    OutputFile file_;
     std::string buffer_;
     char text_[32];
 };

@@ -49,7 +49,7 @@ std::vector<Vec3> lattice_positions(const Mesh& mesh, const Lattice& lattice) {
 
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& v) {
-    return v.capacity() * sizeof(T);
+    return v.size() * sizeof(T);  // not the capacity: the same for any history
 }
 
 std::uint64_t memory_of(const ShellData& shell) {

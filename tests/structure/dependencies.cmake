@@ -1,1 +1,1 @@
-target_compile_definitions(test_structure PRIVATE ITS_CXX_COMPILER = "${CMAKE_CXX_COMPILER}")
+target_compile_definitions(test_structure PRIVATE ITS_CXX_COMPILER="${CMAKE_CXX_COMPILER}")
