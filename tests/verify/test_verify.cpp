@@ -1,0 +1,402 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+#include <set>
+
+#include "its/verify.h"
+#include "shell/shell_data.h"
+#include "support/zoo.h"
+#include "verify/checks.h"
+
+namespace its {
+namespace {
+
+VerifyOptions quick() {
+    VerifyOptions options;
+    options.samples = 20'000;
+    options.sign_samples = 300;
+    return options;
+}
+
+std::string failures(const VerifyReport& report) {
+    std::string text;
+    for (const VerifyCheck& c : report.checks)
+        if (!c.passed)
+            text += fmt::format("{}: {} violations, worst {}: {}\n", c.name, c.violations, c.worst, c.detail);
+    return text;
+}
+
+std::set<std::string> failed(const VerifyReport& report) {
+    std::set<std::string> names;
+    for (const VerifyCheck& c : report.checks)
+        if (!c.passed) names.insert(c.name);
+    return names;
+}
+
+bool fails(const VerifyReport& report, const std::string& name) {
+    EXPECT_FALSE(report.passed());
+    return failed(report).contains(name);
+}
+
+BuildOptions at_depth(int depth) {
+    BuildOptions options;
+    options.depth = depth;
+    return options;
+}
+
+ThinShell shell_of(const ShellData& data) {
+    return ThinShell(std::make_shared<const ShellData>(data));
+}
+
+/// A shell to tamper with.
+struct Tampered {
+    Mesh mesh;
+    ShellData data;
+
+    explicit Tampered(int depth = 4, const Mesh& of = zoo::torus(1.0, 0.35, 24, 12))
+        : mesh(of), data(build(of, at_depth(depth)).data()) {}
+
+    VerifyReport report(VerifyOptions options = quick()) const { return verify(shell_of(data), mesh, options); }
+
+    void set_outer(double epsilon) {
+        data.epsilon_outer = epsilon;
+        data.info.epsilon_outer = epsilon * data.lattice.width;
+    }
+
+    /// Cell and group of a surface cell.
+    Cell surface_cell(std::uint64_t wanted, std::uint64_t& group, int& child) const {
+        const Level& level = data.octree.levels[0];
+        std::uint64_t count = 0;
+        for (group = 0;; ++group)
+            for (child = 0; child < 8; ++child)
+                if (level.mask[group] >> child & 1 && count++ == wanted)
+                    return morton_decode(level.parent[group] << 3 | unsigned(child));
+    }
+
+    /// Takes a surface cell out of all arrays, so that only coverage is broken.
+    void remove_surface_cell(std::uint64_t s) {
+        std::uint64_t group = 0;
+        int child = 0;
+        surface_cell(s, group, child);
+        Level& level = data.octree.levels[0];
+        level.mask[group] = std::uint8_t(level.mask[group] & ~(1u << child));
+        for (std::uint64_t g = group + 1; g <= level.groups(); ++g) --level.first[g];
+        SurfaceCells& surface = data.surface;
+        const std::uint64_t begin = surface.offset[s], count = surface.offset[s + 1] - begin;
+        surface.triangle.erase(surface.triangle.begin() + std::ptrdiff_t(begin),
+                               surface.triangle.begin() + std::ptrdiff_t(begin + count));
+        surface.offset.erase(surface.offset.begin() + std::ptrdiff_t(s));
+        for (std::uint64_t c = s; c < surface.offset.size(); ++c) surface.offset[c] -= count;
+        surface.lower.erase(surface.lower.begin() + std::ptrdiff_t(s));
+        surface.upper.erase(surface.upper.begin() + std::ptrdiff_t(s));
+        --data.info.surface_cells;
+    }
+
+    /// Applies fn to the stored value of a grid point in every group that has it.
+    template <class F>
+    void change_value(int level, const Cell& at, F&& fn) {
+        for (std::uint64_t g = 0; g < data.octree.levels[level].groups(); ++g) {
+            const Cell parent = morton_decode(data.octree.levels[level].parent[g]);
+            int index = 0, stride = 1;
+            bool inside = true;
+            for (int axis = 0; axis < 3; ++axis, stride *= 3) {
+                const std::int64_t p = std::int64_t(at[axis]) - 2 * std::int64_t(parent[axis]);
+                inside = inside && p >= 0 && p <= 2;
+                index += stride * int(p);
+            }
+            if (inside) fn(data.field.values[level][group_points * g + std::uint64_t(index)]);
+        }
+    }
+};
+
+TEST(Verify, GoodShellsPass) {
+    for (const zoo::Entry& entry : zoo::all()) {
+        const VerifyReport report = verify(build(entry.mesh, at_depth(4)), entry.mesh, quick());
+        EXPECT_TRUE(report.passed()) << entry.name << "\n" << failures(report);
+        EXPECT_GE(report.checks.size(), 10u);
+        EXPECT_LE(report.proven_min, report.sampled_min) << entry.name;
+        EXPECT_GE(report.proven_max, report.sampled_max) << entry.name;
+    }
+}
+
+TEST(Verify, GoodShellsPassAtAllSmallDepths) {
+    const Mesh aligned = zoo::box({0, 0, 0}, {1, 0.5, 0.25});  // faces in lattice planes
+    for (int depth = 0; depth <= 6; ++depth) {
+        for (const Mesh& mesh : {aligned, zoo::soup(20, 7)}) {
+            const VerifyReport report = verify(build(mesh, at_depth(depth)), mesh, quick());
+            EXPECT_TRUE(report.passed()) << "depth " << depth << "\n" << failures(report);
+        }
+    }
+}
+
+TEST(Verify, GoodShellsOfRealMeshesPass) {
+    const std::set<std::string> wanted = {"fandisk.obj", "far_bunny_1e6.obj", "thin_plate_1e-4.obj",
+                                          "cycloidal.ply"};
+    for (const std::string& path : zoo::real_mesh_files()) {
+        if (!wanted.contains(std::filesystem::path(path).filename().string())) continue;
+        const Mesh mesh = read_mesh(path).mesh;
+        const VerifyReport report = verify(build(mesh, at_depth(6)), mesh, quick());
+        EXPECT_TRUE(report.passed()) << path << "\n" << failures(report);
+    }
+}
+
+TEST(Verify, TheTamperingHelpersAreHarmlessByThemselves) {
+    Tampered t;
+    t.set_outer(t.data.epsilon_outer);
+    EXPECT_TRUE(t.report().passed()) << failures(t.report());
+}
+
+TEST(Verify, EpsilonTooSmall) {
+    Tampered t;
+    t.set_outer(t.data.epsilon_outer - 1e-5);
+    EXPECT_TRUE(fails(t.report(), "G1 containment, proven"));
+    EXPECT_EQ(failed(t.report()).count("G2 tightness"), 0u);
+}
+
+TEST(Verify, InnerEpsilonTooSmall) {
+    Tampered t;
+    t.data.epsilon_inner += 1e-5;
+    t.data.info.epsilon_inner = t.data.epsilon_inner * t.data.lattice.width;
+    EXPECT_TRUE(fails(t.report(), "G1 containment, proven"));
+}
+
+TEST(Verify, EpsilonMuchTooSmallIsSeenBySamples) {
+    Tampered t;
+    t.set_outer(t.data.epsilon_outer * 0.5);
+    EXPECT_TRUE(fails(t.report(), "G1 containment, sampled"));
+}
+
+TEST(Verify, EpsilonLoose) {
+    Tampered t;
+    t.set_outer(t.data.epsilon_outer + 1e-5);
+    EXPECT_EQ(failed(t.report()), std::set<std::string>{"G2 tightness"});
+}
+
+TEST(Verify, EpsilonLooseByLessThanPromisedPasses) {
+    Tampered t;
+    t.set_outer(t.data.epsilon_outer + 5e-7);
+    EXPECT_TRUE(t.report().passed()) << failures(t.report());
+}
+
+TEST(Verify, InfoDiffersFromArrays) {
+    Tampered t;
+    t.data.info.epsilon_outer *= 1.001;
+    EXPECT_TRUE(fails(t.report(), "structure"));
+}
+
+TEST(Verify, SurfaceCellMissing) {
+    for (const std::uint64_t cell : {0, 17, 300}) {
+        Tampered t;
+        t.remove_surface_cell(cell);
+        EXPECT_TRUE(fails(t.report(), "G1 coverage")) << cell;
+    }
+}
+
+TEST(Verify, CellTouchedOnlyInAPlaneIsMissing) {
+    // A face of the box lies in a lattice plane: the cells on its outer side meet it in that face only.
+    Tampered t(3, zoo::box({0, 0, 0}, {1, 0.5, 0.25}));
+    const double top = t.data.lattice.to_lattice({0, 0, 0.25}).z;
+    ASSERT_EQ(top, std::floor(top));
+    std::uint64_t group = 0;
+    int child = 0;
+    std::uint64_t s = 0;
+    while (t.surface_cell(s, group, child)[2] != std::uint32_t(top)) ++s;
+    t.remove_surface_cell(s);
+    EXPECT_TRUE(fails(t.report(), "G1 coverage"));
+}
+
+TEST(Verify, CornerValueMovedInOneGroup) {
+    Tampered t;
+    for (const int corner : {0, 1, 4, 12, 14, 26}) {  // 13, the middle of a group, is in no other
+        Tampered u = t;
+        std::uint64_t group = 0;
+        int child = 0;
+        u.surface_cell(100, group, child);
+        u.data.field.values[0][group_points * group + std::uint64_t(corner)] += 1e-3;
+        const std::set<std::string> names = failed(u.report());
+        EXPECT_FALSE(names.empty()) << corner;
+    }
+}
+
+TEST(Verify, CornerValueMovedEverywhere) {
+    Tampered t;
+    std::uint64_t group = 0;
+    int child = 0;
+    const Cell cell = t.surface_cell(100, group, child);
+    for (int corner = 0; corner < 8; ++corner)
+        t.change_value(0, {cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)},
+                       [](double& value) { value += 1e-3; });
+    const VerifyReport report = t.report();
+    EXPECT_EQ(failed(report).count("structure"), 0u);
+    EXPECT_TRUE(fails(report, "local bounds, proven"));
+    VerifyOptions all = quick();
+    all.sign_samples = 20'000;
+    EXPECT_TRUE(fails(t.report(all), "G3 distances"));
+}
+
+TEST(Verify, LocalBoundsTooTight) {
+    Tampered t;
+    const std::uint64_t cell = 123;
+    t.data.surface.upper[cell] = std::midpoint(
+        t.data.surface.lower[cell], std::midpoint(t.data.surface.lower[cell], t.data.surface.upper[cell]));
+    EXPECT_TRUE(fails(t.report(), "local bounds, proven"));
+    for (float& upper : t.data.surface.upper) upper -= 1e-3f;
+    for (std::uint64_t c = 0; c < t.data.surface.lower.size(); ++c)
+        t.data.surface.lower[c] = std::min(t.data.surface.lower[c], t.data.surface.upper[c]);
+    EXPECT_TRUE(fails(t.report(), "local bounds, sampled"));
+}
+
+TEST(Verify, SignFlipped) {
+    Tampered t(2);
+    const Cell at = {4, 4, 4};  // the centre of the bounds: outside, in the hole of the torus
+    t.change_value(0, at, [](double& value) {
+        ASSERT_GT(value, 0.1);
+        value = -value;
+    });
+    VerifyOptions options = quick();
+    options.sign_samples = 20'000;  // far more than there are grid points
+    const VerifyReport report = t.report(options);
+    EXPECT_TRUE(fails(report, "G3 signs"));
+    EXPECT_EQ(failed(report).count("G3 distances"), 0u);
+}
+
+TEST(Verify, InsideOutIsSeen) {
+    Tampered t;
+    for (auto& level : t.data.field.values)
+        for (double& value : level) value = -value;
+    EXPECT_TRUE(fails(t.report(), "G3 signs"));
+}
+
+TEST(Verify, NegativeValueOfAnUnsignedField) {
+    Tampered t(3, zoo::soup(20, 3));
+    ASSERT_EQ(t.data.info.sign, SignRule::unsigned_rule);
+    for (auto& level : t.data.field.values)
+        for (double& value : level) value = -value;
+    EXPECT_TRUE(fails(t.report(), "G3 signs"));
+}
+
+TEST(Verify, TriangleMissingInAList) {
+    Tampered t;
+    const std::uint64_t cell = 200;
+    const std::uint64_t begin = t.data.surface.offset[cell];
+    t.data.surface.triangle[begin] = t.data.surface.triangle[begin] == 0 ? 1 : 0;
+    EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 triangle lists"});
+}
+
+TEST(Verify, MeshWithATriangleMoved) {
+    Tampered t;
+    t.mesh.vertices[5].z += 1.5 * t.data.lattice.width;
+    const std::set<std::string> names = failed(t.report());
+    EXPECT_TRUE(names.contains("G1 coverage"));
+    EXPECT_TRUE(names.contains("G1 containment, proven"));
+    EXPECT_TRUE(names.contains("G1 containment, sampled"));
+}
+
+TEST(Verify, MeshMovedByAMillionthOfACell) {
+    Tampered t;
+    for (Vec3& v : t.mesh.vertices) v.x += 3e-6 * t.data.lattice.width;
+    EXPECT_TRUE(fails(t.report(), "local bounds, proven"));
+}
+
+TEST(Verify, WrongShippedEvaluation) {
+    const Tampered t;
+    const ThinShell shell = shell_of(t.data);
+    const double w = t.data.lattice.width;
+    const auto off = [&](const Vec3& p) { return shell.value(p) + 1e-9 * w; };
+    EXPECT_TRUE(fails(verifier::judge(t.data, off, t.mesh, quick()), "G1 evaluation"));
+    const auto nan = [&](const Vec3& p) { return p == t.mesh.vertices[3] ? std::nan("") : shell.value(p); };
+    const VerifyReport report = verifier::judge(t.data, nan, t.mesh, quick());
+    EXPECT_TRUE(fails(report, "G1 containment, sampled"));
+    const auto far = [&](const Vec3& p) { return shell.value(p) + (std::abs(p.z) > 0.6 ? 1e-6 * w : 0.0); };
+    EXPECT_EQ(failed(verifier::judge(t.data, far, t.mesh, quick())),
+              std::set<std::string>{"evaluation in space"});
+}
+
+TEST(Verify, BrokenArraysAreNotRead) {
+    const Tampered good(3);
+    const auto only_structure = [&](auto&& tamper) {
+        Tampered t = good;
+        tamper(t.data);
+        const VerifyReport report = t.report();
+        EXPECT_EQ(report.checks.size(), 1u);
+        return fails(report, "structure");
+    };
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[0].mask[3] ^= 1; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[1].mask[0] ^= 128; }));
+    EXPECT_TRUE(only_structure(
+        [](ShellData& d) { std::swap(d.octree.levels[0].parent[1], d.octree.levels[0].parent[2]); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[0].parent.back() += 1; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[0].first[2] += 1; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels.back().parent[0] = 1; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels.pop_back(); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.depth = 40; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.field.values[1].pop_back(); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.field.values[2][7] = std::nan(""); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.surface.offset[4] = 1'000'000; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.surface.triangle[0] = 1'000'000; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { d.surface.lower.pop_back(); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { std::swap(d.surface.lower[9], d.surface.upper[9]); }));
+}
+
+TEST(Verify, NumbersOfTheShell) {
+    Tampered t(3);
+    t.data.epsilon_inner = 1e-3;
+    EXPECT_TRUE(fails(t.report(), "structure"));
+}
+
+TEST(Verify, RefusesUnusableMeshes) {
+    const Tampered t(3);
+    const ThinShell shell = shell_of(t.data);
+    EXPECT_THROW(verify(shell, Mesh{}, quick()), InputError);
+    Mesh far = t.mesh;
+    far.vertices[0].x += 100;
+    EXPECT_THROW(verify(shell, far, quick()), InputError);
+    Mesh bad = t.mesh;
+    bad.triangles[0][1] = 1'000'000;
+    EXPECT_THROW(verify(shell, bad, quick()), InputError);
+    Mesh nan = t.mesh;
+    nan.vertices[1].y = std::nan("");
+    EXPECT_THROW(verify(shell, nan, quick()), InputError);
+}
+
+TEST(Verify, CanBeStoppedInEveryStage) {
+    const Tampered t(3);
+    std::set<std::string> stages;
+    VerifyOptions options = quick();
+    options.progress = [&](std::string_view stage, double fraction) {
+        EXPECT_GE(fraction, 0.0);
+        EXPECT_LE(fraction, 1.0);
+        stages.insert(std::string(stage));
+        return true;
+    };
+    EXPECT_TRUE(t.report(options).passed());
+    EXPECT_GE(stages.size(), 6u);
+    for (const std::string& stage : stages) {
+        options.progress = [&](std::string_view name, double) { return name != stage; };
+        EXPECT_THROW(t.report(options), Cancelled) << stage;
+    }
+}
+
+TEST(Verify, SameReportForAnyNumberOfThreads) {
+    const Tampered t;
+    VerifyOptions options = quick();
+    options.threads = 1;
+    const VerifyReport one = t.report(options);
+    options.threads = 4;
+    const VerifyReport four = t.report(options);
+    ASSERT_EQ(one.checks.size(), four.checks.size());
+    for (std::size_t i = 0; i < one.checks.size(); ++i) {
+        EXPECT_EQ(one.checks[i].detail, four.checks[i].detail);
+        EXPECT_EQ(one.checks[i].worst, four.checks[i].worst);
+        EXPECT_EQ(one.checks[i].tested, four.checks[i].tested);
+    }
+    EXPECT_EQ(one.proven_max, four.proven_max);
+    EXPECT_EQ(one.sampled_min, four.sampled_min);
+}
+
+}  // namespace
+}  // namespace its
