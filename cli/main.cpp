@@ -1,4 +1,5 @@
 #include <fmt/core.h>
+#include <algorithm>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
@@ -47,7 +48,8 @@ bool is_command(const std::string& word) {
 /// The first word that looks like a long option and is none of the command's, or nothing.
 std::string unknown_option(const CLI::App& command, int argc, char** argv) {
     for (int i = 2; i < argc; ++i) {
-        const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+        std::string word = argv[i];
+        word.resize(std::min(word.size(), word.find('=')));
         if (word.size() > 2 && word.compare(0, 2, "--") == 0 && command.get_option_no_throw(word) == nullptr)
             return word;
     }

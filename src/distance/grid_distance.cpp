@@ -262,9 +262,10 @@ private:
         packet_.largest_bound = 0;
         for (int i = 0; i < packet_.size; ++i) {
             const int p = shape.inner[std::min(i, count - 1)];
-            packet_.x[i] = step * (2.0 * parent[0] + p % 3);
-            packet_.y[i] = step * (2.0 * parent[1] + p / 3 % 3);
-            packet_.z[i] = step * (2.0 * parent[2] + p / 9);
+            const int x = p % 3, y = p / 3 % 3, z = p / 9;
+            packet_.x[i] = step * (2.0 * parent[0] + x);
+            packet_.y[i] = step * (2.0 * parent[1] + y);
+            packet_.z[i] = step * (2.0 * parent[2] + z);
             packet_.from_centre[i] = step * shape.from_centre[p] + slack_;
             packet_.squared[i] = infinity;
             double bound = infinity;  // D(p) ≤ D(g) + |p − g| for the corners g, if they are known

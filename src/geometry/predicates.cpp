@@ -7,8 +7,6 @@
 namespace its {
 namespace {
 
-using detail::sign;
-
 // Expansions (Priest; Shewchuk 1997): a number as the exact sum of doubles that do not overlap, in ascending
 // magnitude, none of them zero. The sign is that of the last one; zero has no components. All steps are exact
 // as long as nothing overflows or falls below 2⁻¹⁰⁷⁴, see in_range.

@@ -147,7 +147,9 @@ std::string pack(const std::vector<ArchiveFile>& files) {
         contents += common + std::string(10, '\0');
         put(contents, zip.size(), 4);
         contents += name;
-        zip += "PK\x03\x04" + common + name;
+        zip += "PK\x03\x04";
+        zip += common;
+        zip += name;
         zip += bytes;
     }
     const std::uint64_t begin = zip.size();

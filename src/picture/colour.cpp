@@ -54,8 +54,8 @@ Lab at(double t) {
 }  // namespace
 
 DivergingMap::DivergingMap() : table_(2 * half_table + 1) {
-    for (int i = -half_table; i <= half_table; ++i) {
-        table_[std::size_t(i + half_table)] = to_rgb(at(double(i) / half_table));
+    for (std::size_t i = 0; i < table_.size(); ++i) {
+        table_[i] = to_rgb(at((double(i) - half_table) / half_table));
     }
 }
 

@@ -16,7 +16,8 @@ namespace its {
 namespace {
 
 constexpr std::uint64_t vertex_grain = 16384;
-constexpr double lscg_tolerance = 1e-12;  // max |f(g) − D(g)| relative to max |D|: reached in some 40 iterations
+constexpr double lscg_tolerance =
+    1e-12;  // max |f(g) − D(g)| relative to max |D|: reached in some 40 iterations
 
 void check_options(const BuildOptions& options) {
     if (options.depth && (*options.depth < 0 || *options.depth > max_depth))
