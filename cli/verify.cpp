@@ -21,12 +21,13 @@ void print_verify_json(const VerifyReport& report, const ShellInfo& info, double
     Json json;
     json["passed"] = report.passed();
     json["checks"] = Json::array();
+    // Adding 0 turns −0 into 0.
     for (const VerifyCheck& check : report.checks)
         json["checks"].push_back({{"name", check.name},
                                   {"passed", check.passed},
                                   {"tested", check.tested},
                                   {"violations", check.violations},
-                                  {"worst", check.worst},
+                                  {"worst", check.worst + 0.0},
                                   {"detail", check.detail}});
     json["epsilon_inner"] = info.epsilon_inner;
     json["epsilon_outer"] = info.epsilon_outer;
@@ -44,7 +45,7 @@ void print_report(const VerifyReport& report, const ShellInfo& info, double seco
     fmt::print("{:<6} {:<{}} {:>13} {:>10} {:>12}\n", "", "Check", width, "tested", "violations", "margin");
     for (const VerifyCheck& check : report.checks) {
         fmt::print("{:<6} {:<{}} {:>13} {:>10} {:>12.3g}\n", check.passed ? "pass" : "FAIL", check.name, width,
-                   count_text(check.tested), count_text(check.violations), check.worst);
+                   count_text(check.tested), count_text(check.violations), check.worst + 0.0);
         if (!check.detail.empty()) fmt::print("       {}\n", check.detail);
     }
     const auto range = [](double low, double high) { return fmt::format("[{:.9g}, {:.9g}]", low, high); };
