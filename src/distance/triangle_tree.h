@@ -71,9 +71,11 @@ ITS_INLINE double squared_distance(const TriangleTree::Block& t, std::uint64_t l
         squared_norm(x - abx - bc * (acx - abx), y - aby - bc * (acy - aby), z - abz - bc * (acz - abz));
     const double edges = on_ab < on_ac ? (on_ab < on_bc ? on_ab : on_bc) : (on_ac < on_bc ? on_ac : on_bc);
     const double height = along(t.normal);
-    const bool over =
-        (along(t.in_from_ab) >= 0.0) & (along(t.in_from_ac) >= 0.0) & (along(t.in_from_bc) >= t.bc_level[lane]);
-    return over ? height * height : edges;
+    const double from_ab = along(t.in_from_ab), from_ac = along(t.in_from_ac);
+    const double from_bc = along(t.in_from_bc) - t.bc_level[lane];
+    const double lower = from_ab < from_ac ? from_ab : from_ac;
+    const double inside = lower < from_bc ? lower : from_bc;
+    return inside >= 0.0 ? height * height : edges;
 }
 
 }  // namespace its

@@ -67,7 +67,7 @@ void check_mesh(const Mesh& mesh, const Lattice& lattice) {
     require(!mesh.triangles.empty(), "the mesh has no triangles");
     require_all(mesh.vertices.size(), "vertex", [&](std::uint64_t i) {
         const Vec3& v = mesh.vertices[i];
-        return std::isfinite(v.x) & std::isfinite(v.y) & std::isfinite(v.z);
+        return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
     });
     const std::int64_t side = lattice.cells();
     const Box root{lattice.position({0, 0, 0}), lattice.position({side, side, side})};
@@ -93,7 +93,7 @@ void check_level(const Octree& octree, int k) {
     // Parents are cells of level k+1, of which there are 2^(K−k) a side.
     const std::uint64_t codes = std::uint64_t{1} << (3 * (octree.depth - k));
     require_all(groups, fmt::format("level {}: group", k), [&](std::uint64_t i) {
-        return (level.parent[i] < codes) & (i == 0 || level.parent[i - 1] < level.parent[i]);
+        return (level.parent[i] < codes) && (i == 0 || level.parent[i - 1] < level.parent[i]);
     });
     require(level.first[0] == 0, "level {} does not begin at 0", k);
     require_all(groups, fmt::format("level {}: index of group", k), [&](std::uint64_t i) {
@@ -146,7 +146,7 @@ void check_surface(const ShellData& shell) {
         surface.lower.size() == cells && surface.upper.size() == cells && surface.offset.size() == cells + 1,
         "the arrays of surface cells differ in size");
     require_all(cells, "bounds of surface cell", [&](std::uint64_t i) {
-        return std::isfinite(surface.lower[i]) & std::isfinite(surface.upper[i]) &
+        return std::isfinite(surface.lower[i]) && std::isfinite(surface.upper[i]) &&
                (surface.lower[i] <= surface.upper[i]);
     });
     require(surface.offset[0] == 0 && surface.offset[cells] == surface.triangle.size(),
