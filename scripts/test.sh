@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Everything that must hold before a change is merged: build without warnings, tests, format, clang-tidy,
 # sanitizers. ITS_TEST_MESHES names a folder of further meshes for the tests.
-#   scripts/test.sh [--quick]      --quick: build and tests only
+#   scripts/test.sh [--quick]      --quick: build, tests and format only
 # Exit 0 when all passed, 1 otherwise, 2 when packages are missing. Goes on after a failure, except of the build.
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -30,7 +30,10 @@ run_tests() {
     ctest --test-dir build -j "$jobs" --output-on-failure --no-tests=error | tee build/Testing/release.log
 }
 step tests run_tests
-if [[ ${1:-} != --quick ]]; then
+if [[ ${1:-} == --quick ]]; then
+    check_format() { git ls-files -z -- '*.h' '*.cpp' | xargs -0 clang-format --dry-run -Werror; }
+    step format check_format
+else
     step tidy scripts/tidy.sh
     step sanitizers scripts/sanitize.sh
 fi
