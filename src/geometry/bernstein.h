@@ -35,12 +35,13 @@ struct Bounds {
 };
 
 /// Rounding error of the control values, in units of u·V, V the largest absolute corner value, for local
-/// coordinates in [−1/16, 17/16] (so that |gradient components| ≤ 2.3V and edges are shorter than 9/8 per
-/// axis). Edge values: 32 from the value, plus a third of three products of a gradient (err 32, size 2.3) and
-/// an edge (err 1): ≤ 32 + (3·9/8·(32 + 2.3·4))/3 < 80. Middle: (27·32 + 3·32 + 18·80)/6 + roundings of sums of
-/// size ≤ 27·1.5V
-/// (< 60) < 460.
-inline constexpr double control_roundings = 512;
+/// coordinates in [−1/16, 17/16]. A value errs by trilinear_roundings = 32 and is below 1.43V; a gradient
+/// component errs by 32 and is below 2.54V; an edge is at most 9/8 long per axis.
+///   Edge values: 32, a third of three products, 9/8·(32 + 6·2.54) < 54, and the last sum, of size < 4.3V:
+///   < 91. Middle: 27 values at a centroid that itself errs by 4u per axis (moving f by 3·2.54·4 < 31), 27·63 =
+///   1701; three vertices, 96; three times six edge values, 1638; the sums, six roundings of sizes below
+///   27·1.43V + 18·4.3V < 117V, 702; a sixth of it all: < 690.
+inline constexpr double control_roundings = 1024;
 
 /// The restriction of the trilinear function to the triangle is a cubic; its ten control values are the polar
 /// form (blossom) at triples of vertices, and bound it (Farin 1986). b(p,p,q) = f(p) + ∇f(p)·(q − p)/3; the

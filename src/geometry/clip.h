@@ -27,6 +27,9 @@ struct Polygon {
 inline constexpr double roundings_per_cut = 7;
 inline constexpr int cuts = 6;
 
+/// Of the vertices relative to a cell's corner: one subtraction, inexact for a vertex far from the cell.
+inline constexpr double roundings_of_vertices = 1;
+
 namespace detail {
 
 /// Keeps the part of `in` with sign·(coordinate − bound) ≤ 0.

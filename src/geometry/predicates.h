@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/rounding.h"
 #include "its/base.h"
 
 /// Exact signs of determinants of points, and lattice-line crossings built on them.
@@ -14,9 +15,6 @@
 namespace its {
 
 namespace detail {
-
-/// u: half the distance from 1 to the next double.
-inline constexpr double unit_roundoff = 0x1p-53;
 
 /// Of the computed (p−q)(r−s) − (t−v)(w−z) each of the two products goes through four roundings: two
 /// differences, the product, the subtraction. |error| ≤ ((1+u)⁴ − 1)·S with S the exact sum of the products'

@@ -5,10 +5,12 @@
 /// Trilinear functions on the unit cell; corner values v in the order x + 2y + 4z.
 namespace its {
 
-/// Rounding error of trilinear() and of each component of trilinear_with_gradient(), for |v| ≤ V and local
-/// coordinates in [−1/16, 17/16]: one a + t(b − a) errs by at most 6uV' on values of size V' (difference,
-/// product, sum) and returns at most 17/16·V'·…; three in a row, with the growth of V' bounded by (9/8)³, stay
-/// below 32uV.
+/// Rounding error, in units of u·V, of trilinear() and of each component of trilinear_with_gradient(), for |v|
+/// ≤ V and local coordinates in [−1/16, 17/16]. Let the arguments of one a + t(b − a) be of size W and err by
+/// e: the difference (2uW), the product (2·17/16·uW more) and the sum (9/8·uW) err by less than 6uW together,
+/// the result is of size 9/8·W, and e grows to 9/8·e. Three in a row: 6, then 6·9/8 + 9/8·6 < 13.6, then
+/// 6·(9/8)² + 9/8·13.6 < 23. A gradient component is of size 2·(9/8)²·V < 2.54V; as a difference of two values
+/// after two steps it errs by 2·13.6 + 2.54 < 30, as two steps on differences (of size 2V, err 2) by less.
 inline constexpr double trilinear_roundings = 32;
 
 inline double lerp_exact_at_zero(double a, double b, double t) {

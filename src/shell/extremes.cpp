@@ -19,14 +19,17 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Bounds nothing{infinity, -infinity, infinity, -infinity};
 constexpr std::uint64_t group_grain = 256;
+constexpr std::uint64_t cell_grain = 16384;
 constexpr std::uint64_t batch = 64;          // cells refined between two updates of the attained extremes
 constexpr std::size_t max_pieces = 1 << 17;  // of a cell; beyond it the bounds reached so far stand
+constexpr int max_halvings = 48;             // likewise; edges are then 2⁻⁴⁸ cells, far below the gap
+
+/// Roundings, of coordinates below 17/16 < 2, that the halvings add to a piece's vertices, in units of u.
+constexpr double roundings_of_halvings = 2 * max_halvings;
 
 /// A surface cell and the polygons that M leaves in it.
 struct CellView {
-    std::uint64_t cell;   // number of the surface cell
-    std::uint64_t group;  // of level 0
-    int child;
+    std::uint64_t cell;  // number of the surface cell
     Vec3 corner;
     std::array<double, 8> value;
 };
@@ -43,10 +46,11 @@ public:
           triangles_(triangles),
           offset_(offset),
           triangle_(triangle) {
-        const double clipping = cuts * roundings_per_cut * unit_roundoff * lattice.cells();
+        const double clipping =
+            (cuts * roundings_per_cut + roundings_of_vertices) * unit_roundoff * lattice.cells();
         margin_ = lattice.point_error() + clipping;
-        // A point of M and the polygon's point that stands for it differ by this per axis.
-        displacement_ = margin_ + clipping;
+        // A point of M and the point of a piece that stands for it differ by this per axis.
+        displacement_ = margin_ + clipping + roundings_of_halvings * unit_roundoff;
     }
 
     const Level& level() const { return octree_.levels[0]; }
@@ -54,7 +58,7 @@ public:
     double displacement() const { return displacement_; }
 
     CellView view(std::uint64_t group, int child, std::uint64_t cell) const {
-        CellView v{.cell = cell, .group = group, .child = child, .corner = {}, .value = {}};
+        CellView v{.cell = cell, .corner = {}, .value = {}};
         const Cell at = morton_decode(level().parent[group] << 3 | std::uint64_t(child));
         v.corner = {double(at[0]), double(at[1]), double(at[2])};
         for (int c = 0; c < 8; ++c) v.value[c] = field_.values[0][group_points * group + group_point(child, c)];
@@ -144,31 +148,35 @@ void for_fan(const double* corners, const Polygon& polygon, F&& fn) {
 Bounds refine(const Surface& surface, const CellView& view, double least, double most) {
     struct Piece {
         Sample p, q, r;
+        int halvings;
     };
     std::vector<Piece> pieces;
     Bounds result = nothing;
-    const auto place = [&](const Sample& p, const Sample& q, const Sample& r) {
+    const auto place = [&](const Sample& p, const Sample& q, const Sample& r, int halvings) {
         const Bounds b = bernstein_bounds(view.value.data(), p, q, r);
         least = std::min(least, b.least);
         most = std::max(most, b.most);
         const bool open = b.upper > most + extreme_gap || b.lower < least - extreme_gap;
-        if (open && pieces.size() < max_pieces)
-            pieces.push_back({p, q, r});
+        if (open && pieces.size() < max_pieces && halvings < max_halvings)
+            pieces.push_back({p, q, r, halvings});
         else
             result.include(b);
         result.least = std::min(result.least, b.least);
         result.most = std::max(result.most, b.most);
     };
-    surface.for_polygons(view, [&](const Polygon& polygon) { for_fan(view.value.data(), polygon, place); });
+    surface.for_polygons(view, [&](const Polygon& polygon) {
+        for_fan(view.value.data(), polygon,
+                [&](const Sample& p, const Sample& q, const Sample& r) { place(p, q, r, 0); });
+    });
     for (std::size_t done = 0; done < pieces.size(); ++done) {
         const Piece t = pieces[done];
         const Sample pq = sample(view.value.data(), 0.5 * (t.p.at + t.q.at));
         const Sample qr = sample(view.value.data(), 0.5 * (t.q.at + t.r.at));
         const Sample rp = sample(view.value.data(), 0.5 * (t.r.at + t.p.at));
-        place(t.p, pq, rp);
-        place(pq, t.q, qr);
-        place(rp, qr, t.r);
-        place(pq, qr, rp);
+        place(t.p, pq, rp, t.halvings + 1);
+        place(pq, t.q, qr, t.halvings + 1);
+        place(rp, qr, t.r, t.halvings + 1);
+        place(pq, qr, rp, t.halvings + 1);
     }
     return result;
 }
@@ -230,6 +238,56 @@ void paper_extremes(const Surface& surface, double& least, double& most, const P
     }
 }
 
+/// What one pass over all cells finds besides the cells' bounds.
+struct Pass {
+    double least = infinity, most = -infinity;  // attained
+    Steepness steepness;
+
+    void include(const Pass& other) {
+        least = std::min(least, other.least);
+        most = std::max(most, other.most);
+        steepness.include(other.steepness);
+    }
+};
+
+/// The Bernstein hull of f on M in one cell. Empty (lower > upper) where voxelisation took a cell to be on the
+/// safe side and M does not come near it.
+Bounds hull(const Surface& surface, const CellView& view) {
+    Bounds b = nothing;
+    surface.for_polygons(view, [&](const Polygon& polygon) {
+        for_fan(view.value.data(), polygon, [&](const Sample& p, const Sample& q, const Sample& r) {
+            b.include(bernstein_bounds(view.value.data(), p, q, r));
+        });
+    });
+    return b;
+}
+
+/// Bounds every surface cell.
+Pass bound_cells(const Surface& surface, std::vector<double>& lower, std::vector<double>& upper,
+                 const Progress& progress) {
+    const Level& level = surface.level();
+    Stage stage(progress, "extremes", level.groups());
+    std::vector<Pass> parts(chunk_count(level.groups(), group_grain));
+    for_chunks(level.groups(), group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        for (std::uint64_t group = begin; group < end; ++group) {
+            std::uint64_t cell = level.first[group];
+            for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
+                const CellView view = surface.view(group, std::countr_zero(mask), cell);
+                const Bounds b = hull(surface, view);
+                lower[cell] = b.lower;
+                upper[cell] = b.upper;
+                Pass found{.least = b.least, .most = b.most, .steepness = {}};
+                found.steepness.include(view.value.data());
+                parts[chunk].include(found);
+            }
+        }
+        stage.advance(end - begin);
+    });
+    Pass all;
+    for (const Pass& part : parts) all.include(part);
+    return all;
+}
+
 }  // namespace
 
 Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
@@ -237,54 +295,13 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
                        std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle,
                        Extrema method, const Progress& progress) {
     const Surface surface(lattice, octree, field, positions, triangles, offset, triangle);
-    const Level& level = surface.level();
     std::vector<double> lower(surface.cells()), upper(surface.cells());
-
-    // One pass: the Bernstein hull of every cell, and the extremes attained at its samples.
-    struct Part {
-        double least = infinity, most = -infinity;
-        Steepness steepness;
-    };
-    std::vector<Part> parts(chunk_count(level.groups(), group_grain));
-    {
-        Stage stage(progress, "extremes", level.groups());
-        for_chunks(level.groups(), group_grain,
-                   [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-                       Part& part = parts[chunk];
-                       for (std::uint64_t group = begin; group < end; ++group) {
-                           std::uint64_t cell = level.first[group];
-                           for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
-                               const CellView view = surface.view(group, std::countr_zero(mask), cell);
-                               part.steepness.include(view.value.data());
-                               Bounds b = nothing;
-                               surface.for_polygons(view, [&](const Polygon& polygon) {
-                                   for_fan(view.value.data(), polygon,
-                                           [&](const Sample& p, const Sample& q, const Sample& r) {
-                                               b.include(bernstein_bounds(view.value.data(), p, q, r));
-                                           });
-                               });
-                               // A cell that voxelisation took to be on the safe side may hold nothing of M.
-                               lower[cell] = b.lower;
-                               upper[cell] = b.upper;
-                               part.least = std::min(part.least, b.least);
-                               part.most = std::max(part.most, b.most);
-                           }
-                       }
-                       stage.advance(end - begin);
-                   });
-    }
-    double least = infinity, most = -infinity;
-    Steepness steepness;
-    for (const Part& part : parts) {
-        least = std::min(least, part.least);
-        most = std::max(most, part.most);
-        steepness.include(part.steepness);
-    }
+    Pass pass = bound_cells(surface, lower, upper, progress);
 
     Extremes result{.lower = infinity, .upper = -infinity, .rounding = 0, .cell_lower = {}, .cell_upper = {}};
-    result.rounding = rounding_error(steepness, surface.displacement());
+    result.rounding = rounding_error(pass.steepness, surface.displacement());
     if (method == Extrema::certified) {
-        branch_and_bound(surface, lower, upper, least, most, progress);
+        branch_and_bound(surface, lower, upper, pass.least, pass.most, progress);
         for (std::uint64_t c = 0; c < lower.size(); ++c) {
             result.lower = std::min(result.lower, lower[c]);
             result.upper = std::max(result.upper, upper[c]);
@@ -297,7 +314,7 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
 
     result.cell_lower.resize(lower.size());
     result.cell_upper.resize(upper.size());
-    parallel_for(lower.size(), 16384, [&](std::uint64_t c) {
+    parallel_for(lower.size(), cell_grain, [&](std::uint64_t c) {
         const bool empty = lower[c] > upper[c];
         result.cell_lower[c] = empty ? 0.0f : rounded_down(lower[c] - result.rounding);
         result.cell_upper[c] = empty ? 0.0f : rounded_up(upper[c] + result.rounding);
