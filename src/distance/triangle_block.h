@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "base/simd.h"
@@ -55,5 +56,9 @@ ITS_INLINE double squared_distance(const TriangleBlock& t, std::uint64_t lane, d
     const double inside = lower < from_bc ? lower : from_bc;
     return inside >= 0.0 ? height * height : edges;
 }
+
+/// Barycentric coordinates, each in [0, 1] and of sum 1 up to rounding, of the point of triangle `lane` that is
+/// nearest to p; by the same decisions as squared_distance().
+std::array<double, 3> barycentric_of_nearest(const TriangleBlock& t, std::uint64_t lane, const Vec3& p);
 
 }  // namespace its
