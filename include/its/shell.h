@@ -71,6 +71,8 @@ public:
     explicit ThinShell(std::shared_ptr<const ShellData> data);
 
     const ShellInfo& info() const;
+    /// The mesh that the shell was built from; a copy that is made at the first call and shared by all copies
+    /// of the shell.
     const Mesh& mesh() const;
 
     /// f anywhere in space, in mesh units; negative inside. Continuous; outside the root cube the value at
@@ -88,7 +90,10 @@ public:
     const ShellData& data() const { return *data_; }
 
 private:
+    struct Lazy;
+
     std::shared_ptr<const ShellData> data_;
+    std::shared_ptr<Lazy> lazy_;
 };
 
 /// Builds the shell of any mesh.

@@ -379,6 +379,19 @@ void read_facts(const Source& source, const Section& section, ShellData& shell) 
     require(good && shell.lattice.depth >= 0 && shell.lattice.depth <= max_depth, "has damaged numbers");
 }
 
+/// Memory for `count` elements, which the array (or string) then refers to.
+template <class T>
+std::span<std::byte> allocate(Array<T>& array, std::uint64_t count) {
+    std::vector<T> elements(count);
+    const std::span<T> target(elements);  // moving the vector leaves its elements where they are
+    array = std::move(elements);
+    return std::as_writable_bytes(target);
+}
+std::span<std::byte> allocate(std::string& text, std::uint64_t count) {
+    text.resize(count);
+    return std::as_writable_bytes(std::span(text));
+}
+
 /// Sizes all arrays as the table says (together they are no larger than the file) and lists what to read.
 std::vector<Target> allocate(const std::vector<Section>& table, ShellData& shell) {
     shell.octree.depth = shell.lattice.depth;
@@ -392,8 +405,8 @@ std::vector<Target> allocate(const std::vector<Section>& table, ShellData& shell
     visit_arrays(shell, [&](Kind kind, std::uint32_t level, auto& array) {
         require(section->kind == kind && section->level == level && section->element_bytes == sizeof(array[0]),
                 "has an unknown section");
-        array.resize(section->count);
-        targets.push_back({section++, std::as_writable_bytes(std::span(array.data(), array.size()))});
+        targets.push_back({section, allocate(array, section->count)});
+        ++section;
     });
     return targets;
 }

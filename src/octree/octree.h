@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "base/array.h"
 #include "octree/morton.h"
 
 /// The sparse octree as Morton-sorted arrays of sibling groups.
@@ -24,11 +26,11 @@ inline constexpr int group_point(int child, int corner) {
 
 /// All cells of one level k. They come in groups of eight siblings; a group is named by its parent cell.
 struct Level {
-    std::vector<std::uint64_t> parent;  ///< Morton code of the parent (a cell of level k+1), ascending
-    std::vector<std::uint8_t> mask;     ///< bit c: child c is subdivided (k > 0) or meets M (k = 0)
-    std::vector<std::uint64_t> first;   ///< number of mask bits before this group, over the level: the index of
-                                       ///< the group in level k−1, or of the surface cell, that belongs to the
-                                       ///< lowest set bit; one more entry at the end: the total
+    Array<std::uint64_t> parent;  ///< Morton code of the parent (a cell of level k+1), ascending
+    Array<std::uint8_t> mask;     ///< bit c: child c is subdivided (k > 0) or meets M (k = 0)
+    Array<std::uint64_t> first;   ///< number of mask bits before this group, over the level: the index of
+                                  ///< the group in level k−1, or of the surface cell, that belongs to the
+                                  ///< lowest set bit; one more entry at the end: the total
     std::uint64_t groups() const { return parent.size(); }
 };
 
@@ -45,6 +47,6 @@ struct Octree {
 
 /// The octree whose finest marked cells are `surface` (Morton codes, strictly ascending, not empty): their
 /// siblings, their parents with siblings, and so on up to the root.
-Octree make_octree(int depth, const std::vector<std::uint64_t>& surface);
+Octree make_octree(int depth, std::span<const std::uint64_t> surface);
 
 }  // namespace its

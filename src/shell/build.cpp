@@ -49,8 +49,8 @@ std::vector<Vec3> lattice_positions(const Mesh& mesh, const Lattice& lattice) {
 }
 
 template <class T>
-std::uint64_t bytes_of(const std::vector<T>& v) {
-    return v.size() * sizeof(T);  // not the capacity: the same for any history
+std::uint64_t bytes_of(const Array<T>& array) {
+    return array.size() * sizeof(T);  // not the capacity: the same for any history
 }
 
 std::uint64_t memory_of(const ShellData& shell) {
@@ -102,7 +102,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         budget.check(estimate_size(mesh, depth));
 
         auto shell = std::make_shared<ShellData>();
-        shell->mesh = mesh;
+        shell->mesh = {std::vector(mesh.vertices), std::vector(mesh.triangles)};
         shell->lattice = make_lattice(report.bounds, depth);
         const std::vector<Vec3> positions = lattice_positions(mesh, shell->lattice);
 
@@ -123,9 +123,10 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         spent.distance = distance_time.seconds();
 
         const Stopwatch field_time;
-        shell->field = options.solver == Solver::direct ? solve_direct(std::move(distance))
-                                                        : solve_lscg(shell->octree, {std::move(distance)},
-                                                                     lscg_tolerance, options.progress, nullptr);
+        shell->field = options.solver == Solver::direct
+                           ? solve_direct(std::move(distance))
+                           : solve_lscg(shell->octree, solve_direct(std::move(distance)), lscg_tolerance,
+                                        options.progress, nullptr);
         spent.field = field_time.seconds();
 
         const Stopwatch extrema_time;

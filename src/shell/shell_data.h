@@ -1,8 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
+#include "base/array.h"
 #include "field/field.h"
 #include "its/shell.h"
 #include "octree/lattice.h"
@@ -13,15 +13,21 @@ namespace its {
 /// What is known of each surface cell, in the order of the octree's level 0.
 struct SurfaceCells {
     /// f(M ∩ c) ⊆ [lower, upper], in cell widths, rounding error included.
-    std::vector<float> lower, upper;
+    Array<float> lower, upper;
     /// Triangles that meet the cell dilated by the lattice's rounding: triangle[offset[c] … offset[c+1]).
-    std::vector<std::uint64_t> offset;
-    std::vector<std::uint32_t> triangle;
+    Array<std::uint64_t> offset;
+    Array<std::uint32_t> triangle;
+};
+
+/// The mesh of a shell, as in Mesh.
+struct MeshArrays {
+    Array<Vec3> vertices;
+    Array<Triangle> triangles;
 };
 
 /// The arrays behind a ThinShell. Lengths in lattice units (finest cell widths) unless said otherwise.
 struct ShellData {
-    Mesh mesh;
+    MeshArrays mesh;
     Lattice lattice;
     Octree octree;
     Field field;

@@ -1,6 +1,7 @@
 #include <oneapi/tbb/parallel_sort.h>
 #include <algorithm>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #include "base/parallel.h"
@@ -23,13 +24,25 @@ Vec3 local(const TrilinearCell& cell, const Vec3& u) {
 
 }  // namespace
 
-ThinShell::ThinShell(std::shared_ptr<const ShellData> data) : data_(std::move(data)) {}
+/// What is made at the first call that asks for it.
+struct ThinShell::Lazy {
+    std::once_flag mesh_made;
+    Mesh mesh;
+};
+
+ThinShell::ThinShell(std::shared_ptr<const ShellData> data)
+    : data_(std::move(data)), lazy_(std::make_shared<Lazy>()) {}
 
 const ShellInfo& ThinShell::info() const {
     return data_->info;
 }
 const Mesh& ThinShell::mesh() const {
-    return data_->mesh;
+    std::call_once(lazy_->mesh_made, [&] {
+        const MeshArrays& mesh = data_->mesh;
+        lazy_->mesh = {{mesh.vertices.begin(), mesh.vertices.end()},
+                       {mesh.triangles.begin(), mesh.triangles.end()}};
+    });
+    return lazy_->mesh;
 }
 
 double ThinShell::value(const Vec3& point) const {

@@ -61,7 +61,7 @@ void check_lattice(const Lattice& lattice) {
     }
 }
 
-void check_mesh(const Mesh& mesh, const Lattice& lattice) {
+void check_mesh(const MeshArrays& mesh, const Lattice& lattice) {
     constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();  // indices have 32 bits
     require(mesh.vertices.size() <= most && mesh.triangles.size() <= most, "the mesh has too many elements");
     require(!mesh.triangles.empty(), "the mesh has no triangles");
@@ -131,7 +131,7 @@ void check_field(const ShellData& shell) {
     const auto& levels = shell.field.values;
     require(levels.size() == shell.octree.levels.size(), "the field has {} levels", levels.size());
     for (std::size_t k = 0; k < levels.size(); ++k) {
-        const std::vector<double>& values = levels[k];
+        const Array<double>& values = levels[k];
         require(values.size() == shell.octree.levels[k].groups() * group_points, "level {} has {} values", k,
                 values.size());
         require_all(values.size(), fmt::format("level {}: value", k),

@@ -106,8 +106,8 @@ struct PointTally {
 /// Compares the points that group g shares with its neighbours of higher Morton code. Every two groups
 /// that share a point are one step apart on each axis, so this meets all pairs once.
 void compare_shared(const View& view, int k, std::uint64_t g, PointTally& tally) {
-    const std::vector<double>& values = view.data().field.values[k];
-    const std::vector<std::uint64_t>& parent = view.data().octree.levels[k].parent;
+    const Array<double>& values = view.data().field.values[k];
+    const Array<std::uint64_t>& parent = view.data().octree.levels[k].parent;
     for (int i = 0; i < group_points; ++i) tally.not_finite += !std::isfinite(values[group_points * g + i]);
     const std::int64_t size = std::int64_t{1} << (view.data().octree.depth - k);
     const Cell me = morton_decode(parent[g]);

@@ -17,12 +17,14 @@
 #include "io/hand_made.h"
 #include "its/io.h"
 #include "shell/validate.h"
+#include "support/edit.h"
 
 namespace its {
 namespace {
 
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::byte>;
+using test::edit;
 using test::one_level;
 using test::two_levels;
 
@@ -310,20 +312,24 @@ TEST(Validate, NamesTheBrokenInvariant) {
         {"not exact", [](auto& s) { s.lattice.base[1] = std::int64_t{1} << 53; }},
         {"not exact", [](auto& s) { s.lattice.base[1] = std::numeric_limits<std::int64_t>::min(); }},
         {"not exact", [](auto& s) { s.lattice.base[1] = std::numeric_limits<std::int64_t>::max(); }},
-        {"vertex 1", [&](auto& s) { s.mesh.vertices[1].y = infinity; }},
-        {"vertex 4", [&](auto& s) { s.mesh.vertices[4].x = nan; }},
-        {"triangle 1", [](auto& s) { s.mesh.triangles[1][2] = 5; }},
-        {"triangle 1", [](auto& s) { s.mesh.vertices[3].z = 4.5; }},
-        {"no triangles", [](auto& s) { s.mesh.triangles.clear(); }},
+        {"vertex 1", [&](auto& s) { edit(s.mesh.vertices)[1].y = infinity; }},
+        {"vertex 4", [&](auto& s) { edit(s.mesh.vertices)[4].x = nan; }},
+        {"triangle 1", [](auto& s) { edit(s.mesh.triangles)[1][2] = 5; }},
+        {"triangle 1", [](auto& s) { edit(s.mesh.vertices)[3].z = 4.5; }},
+        {"no triangles", [](auto& s) { edit(s.mesh.triangles)->clear(); }},
         {"levels", [](auto& s) { s.octree.levels.pop_back(); }},
         {"levels", [](auto& s) { s.octree.depth = 2; }},
-        {"level 0", [](auto& s) { std::swap(s.octree.levels[0].parent[0], s.octree.levels[0].parent[1]); }},
-        {"level 0", [](auto& s) { s.octree.levels[0].parent[1] = 0; }},
-        {"level 0", [](auto& s) { s.octree.levels[0].parent[1] = 8; }},
-        {"level 0", [](auto& s) { s.octree.levels[0].mask.push_back(0); }},
-        {"level 0", [](auto& s) { s.octree.levels[0].first[1] = 1; }},
-        {"level 0", [](auto& s) { s.octree.levels[0].first[2] = std::uint64_t{1} << 60; }},
-        {"level 1", [](auto& s) { s.octree.levels[1].mask[0] = 0b1000001; }},
+        {"level 0",
+         [](auto& s) {
+             auto parent = edit(s.octree.levels[0].parent);
+             std::swap(parent[0], parent[1]);
+         }},
+        {"level 0", [](auto& s) { edit(s.octree.levels[0].parent)[1] = 0; }},
+        {"level 0", [](auto& s) { edit(s.octree.levels[0].parent)[1] = 8; }},
+        {"level 0", [](auto& s) { edit(s.octree.levels[0].mask)->push_back(0); }},
+        {"level 0", [](auto& s) { edit(s.octree.levels[0].first)[1] = 1; }},
+        {"level 0", [](auto& s) { edit(s.octree.levels[0].first)[2] = std::uint64_t{1} << 60; }},
+        {"level 1", [](auto& s) { edit(s.octree.levels[1].mask)[0] = 0b1000001; }},
         {"level 1", [](auto& s) { s.octree.levels[1] = {.parent = {}, .mask = {}, .first = {0}}; }},
         {"level 1",
          [](auto& s) {
@@ -342,17 +348,17 @@ TEST(Validate, NamesTheBrokenInvariant) {
              s.octree.levels[0].mask = {0, 0}, s.octree.levels[0].first = {0, 0, 0};
          }},
         {"field", [](auto& s) { s.field.values.pop_back(); }},
-        {"level 0 has", [](auto& s) { s.field.values[0].pop_back(); }},
-        {"level 1: value 26", [&](auto& s) { s.field.values[1][26] = nan; }},
-        {"arrays of surface", [](auto& s) { s.surface.lower.pop_back(); }},
-        {"arrays of surface", [](auto& s) { s.surface.offset.push_back(9); }},
-        {"surface cell 3", [](auto& s) { s.surface.lower[3] = 1; }},
-        {"surface cell 2", [&](auto& s) { s.surface.upper[2] = float(nan); }},
-        {"surface cell 2", [&](auto& s) { s.surface.upper[2] = float(infinity); }},
-        {"triangle list", [](auto& s) { s.surface.offset[1] = 1'000'000; }},
-        {"fill", [](auto& s) { s.surface.offset[4] = 5; }},
-        {"fill", [](auto& s) { s.surface.offset[0] = 1; }},
-        {"reference 2", [](auto& s) { s.surface.triangle[2] = 2; }},
+        {"level 0 has", [](auto& s) { edit(s.field.values[0])->pop_back(); }},
+        {"level 1: value 26", [&](auto& s) { edit(s.field.values[1])[26] = nan; }},
+        {"arrays of surface", [](auto& s) { edit(s.surface.lower)->pop_back(); }},
+        {"arrays of surface", [](auto& s) { edit(s.surface.offset)->push_back(9); }},
+        {"surface cell 3", [](auto& s) { edit(s.surface.lower)[3] = 1; }},
+        {"surface cell 2", [&](auto& s) { edit(s.surface.upper)[2] = float(nan); }},
+        {"surface cell 2", [&](auto& s) { edit(s.surface.upper)[2] = float(infinity); }},
+        {"triangle list", [](auto& s) { edit(s.surface.offset)[1] = 1'000'000; }},
+        {"fill", [](auto& s) { edit(s.surface.offset)[4] = 5; }},
+        {"fill", [](auto& s) { edit(s.surface.offset)[0] = 1; }},
+        {"reference 2", [](auto& s) { edit(s.surface.triangle)[2] = 2; }},
         {"ε₁", [](auto& s) { s.epsilon_inner = 1; }},
         {"ε₁", [&](auto& s) { s.epsilon_outer = nan; }},
         {"ε₁", [&](auto& s) { s.info.epsilon_outer = infinity; }},
