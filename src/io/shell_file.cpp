@@ -29,7 +29,7 @@ static_assert(sizeof(Vec3) == 24 && sizeof(Triangle) == 12, "meshes are written 
 
 // A byte with bit 7 and both line ends, as in PNG: files mangled by text-mode copies do not pass.
 constexpr std::array<unsigned char, 8> magic = {0x89, 'I', 'T', 'S', '\r', '\n', 0x1a, '\n'};
-constexpr std::uint32_t version = 1;
+constexpr std::uint32_t version = 2;
 constexpr std::uint32_t byte_order = 0x01020304;
 constexpr std::uint64_t alignment = 64;  // a cache line, and any element's own alignment
 
@@ -69,6 +69,8 @@ enum Kind : std::uint32_t {
     cell_upper,
     cell_offset,
     cell_triangle,
+    level_inside,
+    cell_winding,
 };
 
 /// Numbers that are not arrays, eight bytes each; the order is the format.
@@ -127,14 +129,16 @@ void visit_arrays(Shell& shell, Visit&& visit) {
         visit(level_mask, index, level.mask);
         visit(level_first, index, level.first);
         visit(level_values, index, shell.field.values[k]);
+        visit(level_inside, index, shell.sides.inside[k]);
     }
     visit(cell_lower, 0, shell.surface.lower);
     visit(cell_upper, 0, shell.surface.upper);
     visit(cell_offset, 0, shell.surface.offset);
     visit(cell_triangle, 0, shell.surface.triangle);
+    visit(cell_winding, 0, shell.sides.winding);
 }
 
-constexpr std::uint64_t fixed_sections = 8, sections_per_level = 4;
+constexpr std::uint64_t fixed_sections = 9, sections_per_level = 5;
 
 constexpr std::uint64_t aligned(std::uint64_t offset) {
     return (offset + alignment - 1) / alignment * alignment;
@@ -387,6 +391,7 @@ std::vector<Target> allocate(const std::vector<Section>& table, ShellData& shell
             table.size(), shell.lattice.depth);
     shell.octree.levels.resize(levels);
     shell.field.values.resize(levels);
+    shell.sides.inside.resize(levels);
     std::vector<Target> targets;
     const Section* section = &table[1];
     visit_arrays(shell, [&](Kind kind, std::uint32_t level, auto& array) {

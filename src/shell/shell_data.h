@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "distance/cell_sides.h"
 #include "field/field.h"
 #include "its/shell.h"
 #include "octree/lattice.h"
@@ -26,6 +27,7 @@ struct ShellData {
     Octree octree;
     Field field;
     SurfaceCells surface;
+    CellSides sides;
     double epsilon_inner = 0, epsilon_outer = 0;
     ShellInfo info;
 };

@@ -158,6 +158,26 @@ void check_surface(const ShellData& shell) {
                 [&](std::uint64_t i) { return surface.triangle[i] < triangles; });
 }
 
+void check_sides(const ShellData& shell) {
+    const CellSides& sides = shell.sides;
+    const auto& levels = shell.octree.levels;
+    require(sides.inside.size() == levels.size(), "sides of {} levels", sides.inside.size());
+    for (std::size_t k = 0; k < levels.size(); ++k)
+        require(sides.inside[k].size() == levels[k].groups(), "level {} has {} groups with sides", k,
+                sides.inside[k].size());
+    if (sides.winding.empty()) return;
+    require(sides.winding.size() == shell.octree.surface_cells(), "{} winding numbers", sides.winding.size());
+    require_all(levels[0].groups(), "winding numbers of group", [&](std::uint64_t i) {
+        std::uint64_t cell = levels[0].first[i];
+        bool good = true;
+        for (unsigned left = levels[0].mask[i]; left != 0; left &= left - 1) {
+            const bool inside = sides.inside[0][i] >> std::countr_zero(left) & 1;
+            good &= (sides.winding[cell++] >= 1) == inside;
+        }
+        return good;
+    });
+}
+
 void check_info(const ShellData& shell) {
     const ShellInfo& info = shell.info;
     require(std::isfinite(shell.epsilon_inner) && std::isfinite(shell.epsilon_outer) &&
@@ -191,6 +211,7 @@ void validate(const ShellData& shell) {
     check_octree(shell);
     check_field(shell);
     check_surface(shell);
+    check_sides(shell);
     check_info(shell);
 }
 

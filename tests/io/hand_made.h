@@ -32,6 +32,7 @@ inline void fill_arrays(ShellData& shell) {
         std::vector<double>& values = shell.field.values.emplace_back(level.groups() * group_points);
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = double(i) / 8 - 1.0;
     }
+    shell.sides = no_inside(shell.octree);
     const std::uint64_t cells = shell.octree.surface_cells();
     for (std::uint64_t i = 0; i < cells; ++i) {
         shell.surface.lower.push_back(-0.125f);
