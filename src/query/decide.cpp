@@ -11,10 +11,10 @@ namespace {
 double walk(const double (&value)[8], const Vec3& p, double up) {
     const auto mix = lerp_exact_at_zero;
     double face[4], edge[2];
-    const auto at = [&](const double* v, int step) {  // of a face across x: bilinear in y and z
-        return mix(mix(v[0], v[2 * step], p.y), mix(v[4 * step], v[6 * step], p.y), p.z);
+    const auto on_face = [&](const double* v) {  // across x: bilinear in y and z
+        return mix(mix(v[0], v[2], p.y), mix(v[4], v[6], p.y), p.z);
     };
-    const int x = up * at(value + 1, 1) > up * at(value, 1) ? 1 : 0;
+    const int x = up * on_face(value + 1) > up * on_face(value) ? 1 : 0;
     for (int i = 0; i < 4; ++i) face[i] = value[2 * i + x];
     const int y = up * mix(face[1], face[3], p.z) > up * mix(face[0], face[2], p.z) ? 1 : 0;
     for (int i = 0; i < 2; ++i) edge[i] = face[2 * i + y];
@@ -42,8 +42,8 @@ bool is_inside(SignRule rule, std::int64_t winding) {
     return rule != SignRule::unsigned_rule && winding >= 1;
 }
 
-/// Signed crossings of the segment from the point to the cell's displaced lowest corner: all triangles that it can
-/// meet are in the cell's list.
+/// Signed crossings of the segment from the point to the cell's displaced lowest corner: all triangles that it
+/// can meet are in the cell's list.
 Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoint& at, std::uint64_t cell) {
     const ShellData& shell = index.shell;
     const Vec3 corner = shell.lattice.position({at.finest[0], at.finest[1], at.finest[2]});
@@ -51,7 +51,8 @@ Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoin
                                                        : shell.sides.winding[cell];
     for (std::uint64_t i = shell.surface.offset[cell]; i < shell.surface.offset[cell + 1]; ++i) {
         const Triangle& t = shell.mesh.triangles[shell.surface.triangle[i]];
-        const Vec3 &a = shell.mesh.vertices[t[0]], &b = shell.mesh.vertices[t[1]], &c = shell.mesh.vertices[t[2]];
+        const Vec3 &a = shell.mesh.vertices[t[0]], &b = shell.mesh.vertices[t[1]],
+                   &c = shell.mesh.vertices[t[2]];
         if (!boxes_meet(a, b, c, p, corner)) continue;
         const int side = orient3d(a, b, c, p);
         if (side == 0 && triangle_holds(a, b, c, p)) return Side::on_surface;

@@ -11,8 +11,7 @@ struct Grid {
     std::uint32_t n;
     std::vector<double> value;
 
-    explicit Grid(std::uint32_t cells)
-        : n(cells), value(std::size_t{cells + 1} * (cells + 1) * (cells + 1)) {}
+    explicit Grid(std::uint32_t cells) : n(cells), value(std::size_t{cells + 1} * (cells + 1) * (cells + 1)) {}
     double& at(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
         return value[(std::size_t{z} * (n + 1) + y) * (n + 1) + x];
     }
@@ -125,9 +124,9 @@ std::uint64_t group_in(const QueryIndex& index, const std::array<std::int64_t, 3
     return group;
 }
 
-/// The patch's octant that holds `finest`, if a grid point of the next finer level is on it. A corner c of octant o
-/// lies on the patch's boundary along the axes where c and o agree, and is a grid point if a neighbour in some
-/// of these directions is subdivided; there are no grid points elsewhere, since the patch is not.
+/// The patch's octant that holds `finest`, if a grid point of the next finer level is on it. A corner c of
+/// octant o lies on the patch's boundary along the axes where c and o agree, and is a grid point if a neighbour
+/// in some of these directions is subdivided; there are no grid points elsewhere, since the patch is not.
 bool refine_once(const QueryIndex& index, const Cell& finest, Patch& patch) {
     const unsigned octant = child_at(finest, patch.level - 1);
     std::array<std::uint64_t, 8> group;  // by the set of axes of the direction
@@ -136,8 +135,8 @@ bool refine_once(const QueryIndex& index, const Cell& finest, Patch& patch) {
     for (unsigned axes = 1; axes < 8; ++axes) {
         std::array<std::int64_t, 3> cell;
         for (int axis = 0; axis < 3; ++axis)
-            cell[axis] = std::int64_t{patch.cell[axis]} +
-                         (axes >> axis & 1 ? (octant >> axis & 1 ? 1 : -1) : 0);
+            cell[axis] =
+                std::int64_t{patch.cell[axis]} + (axes >> axis & 1 ? (octant >> axis & 1 ? 1 : -1) : 0);
         group[axes] = group_in(index, cell, patch.level);
         any |= group[axes] != no_group;
     }
@@ -194,8 +193,7 @@ Patch find_patch(const QueryIndex& index, const Cell& finest) {
     Patch patch;
     const std::uint32_t entry = index.top[index.top_index(finest)];
     if (entry & QueryIndex::subdivided) {
-        const Place at =
-            descend(index.levels.data(), entry & ~QueryIndex::subdivided, index.level - 1, finest);
+        const Place at = descend(index.levels.data(), entry & ~QueryIndex::subdivided, index.level - 1, finest);
         patch.level = at.level;
         corner_values(index.levels[std::size_t(at.level)], at.group, at.child, patch.value);
     } else {
@@ -208,9 +206,8 @@ Patch find_patch(const QueryIndex& index, const Cell& finest) {
             patch.value[c] = index.values[lowest + (c & 1) + (c >> 1 & 1) * row + (c >> 2) * row * row];
     }
     for (int axis = 0; axis < 3; ++axis) patch.cell[axis] = finest[axis] >> patch.level;
-    const bool touched = entry & QueryIndex::subdivided
-                             ? patch.level > 0
-                             : entry >> child_at(finest, index.level - 1) & 1;
+    const bool touched =
+        entry & QueryIndex::subdivided ? patch.level > 0 : entry >> child_at(finest, index.level - 1) & 1;
     if (touched) refine(index, finest, patch);
     return patch;
 }

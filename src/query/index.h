@@ -11,8 +11,8 @@
 #include "octree/octree.h"
 #include "shell/shell_data.h"
 
-/// Where a point is in the octree, fast: a dense grid over the coarse levels, and the shell's own arrays below it.
-/// docs/design/query.md has the layout and the alternatives that were measured.
+/// Where a point is in the octree, fast: a dense grid over the coarse levels, and the shell's own arrays below
+/// it. docs/design/query.md has the layout and the alternatives that were measured.
 namespace its {
 
 /// One level of the shell's arrays, without the owners.
@@ -40,11 +40,11 @@ struct QueryIndex {
     }
 
     const ShellData& shell;
-    Vec3 origin;         ///< of the lattice, mesh units
-    double width = 1;    ///< of a finest cell, mesh units
-    double cells = 2;    ///< finest cells per side of the root
-    int level = 1;       ///< t ≥ 1
-    std::uint32_t side;  ///< n = 2^(K+1−t): cells of level t per side of the root
+    Vec3 origin;                     ///< of the lattice, mesh units
+    double width = 1;                ///< of a finest cell, mesh units
+    double cells = 2;                ///< finest cells per side of the root
+    int level = 1;                   ///< t ≥ 1
+    std::uint32_t side;              ///< n = 2^(K+1−t): cells of level t per side of the root
     std::vector<std::uint32_t> top;  ///< n³ entries, x fastest, and one that is outside, for points of no cell
     std::vector<double> values;      ///< F_t at the (n+1)³ lattice points of level t
     std::array<LevelView, max_depth + 1> levels;
@@ -58,6 +58,26 @@ struct QueryIndex {
         return (u.x >= 0) & (u.x < cells) & (u.y >= 0) & (u.y < cells) & (u.z >= 0) & (u.z < cells);
     }
 };
+
+/// Of a point in the root cube, its upper boundary excluded.
+ITS_INLINE Cell finest_cell(const Vec3& u) {
+    const auto floor = [](double v) { return std::uint32_t(std::int32_t(v)); };
+    return {floor(u.x), floor(u.y), floor(u.z)};
+}
+
+/// Of a point in the closed root cube.
+inline Cell clamped_cell(const QueryIndex& index, const Vec3& u) {
+    Cell cell = finest_cell(u);
+    const std::uint32_t last = (index.side << index.level) - 1;
+    for (std::uint32_t& i : cell) i = i < last ? i : last;
+    return cell;
+}
+
+/// Exact: u and its floor.
+ITS_INLINE Vec3 local_in(const Vec3& u, const Cell& cell) {
+    return {u.x - double(std::int32_t(cell[0])), u.y - double(std::int32_t(cell[1])),
+            u.z - double(std::int32_t(cell[2]))};
+}
 
 /// Number of the child, among its siblings, that holds a finest cell on this level.
 ITS_INLINE unsigned child_at(const Cell& finest, int level) {
