@@ -24,7 +24,8 @@ constexpr std::uint64_t grain = 16 * block_points;  ///< points a task; fewer ar
 /// What the stages of one block hand on; on the stack.
 struct Block {
     double x[block_points], y[block_points], z[block_points];  ///< lattice coordinates
-    std::uint32_t entry[block_points];                         ///< place in the grid, then what is there
+    std::uint32_t place[block_points];                         ///< in the grid
+    std::uint32_t entry[block_points];                         ///< what is there
     std::uint8_t bad[block_points];                            ///< 1: not finite
 };
 
@@ -45,23 +46,24 @@ ITS_CLONES void map_points(const QueryIndex& index, const Vec3* points, int coun
     const double width = index.width, cells = index.cells;
     const int shift = index.level, side = int(index.side), outside = side * side * side;
     for (int i = 0; i < count; ++i) {
-        const Vec3 p = points[i];
-        const double x = (p.x - ox) / width, y = (p.y - oy) / width, z = (p.z - oz) / width;
+        const double px = points[i].x, py = points[i].y, pz = points[i].z;
+        const double x = (px - ox) / width, y = (py - oy) / width, z = (pz - oz) / width;
         const bool in = (x >= 0) & (x < cells) & (y >= 0) & (y < cells) & (z >= 0) & (z < cells);
         const int cx = int(in ? x : 0.0), cy = int(in ? y : 0.0), cz = int(in ? z : 0.0);
         block.x[i] = x;
         block.y[i] = y;
         block.z[i] = z;
-        block.entry[i] =
+        block.place[i] =
             std::uint32_t(in ? ((cz >> shift) * side + (cy >> shift)) * side + (cx >> shift) : outside);
-        block.bad[i] = !((p.x - p.x == 0) & (p.y - p.y == 0) & (p.z - p.z == 0));
+        block.bad[i] = !((px - px == 0) & (py - py == 0) & (pz - pz == 0));
     }
 }
 
 /// Looks the entries up; the codes are right for points of leaves, and for those outside.
-ITS_CLONES void look_up(const std::uint32_t* top, int count, Block& block, std::int8_t* out) {
+ITS_CLONES void look_up(const std::uint32_t* __restrict top, int count, Block& __restrict block,
+                        std::int8_t* __restrict out) {
     for (int i = 0; i < count; ++i) {
-        const std::uint32_t entry = top[block.entry[i]];
+        const std::uint32_t entry = top[block.place[i]];
         block.entry[i] = entry;
         out[i] = std::int8_t(1 - 2 * int(entry >> 30 & 1) + block.bad[i]);
     }
@@ -124,49 +126,67 @@ void classify_block(const QueryIndex& index, const Vec3* points, int count, std:
     decide_survivors(index, points, block, left, out);
 }
 
-/// f on the grid's cells, for all points of a block; wrong where a finer level reaches: entry becomes the
-/// list's flag, 1 for those.
-ITS_CLONES void grid_values(const QueryIndex& index, const Vec3* points, int count, Block& block, double* out) {
+/// What the stages of a block of values hand on.
+struct ValueBlock {
+    double x[block_points], y[block_points], z[block_points];  ///< in the grid's cell, [0, 1]
+    double away[block_points];                                 ///< distance from the root; NaN for a bad point
+    std::int32_t corner[block_points];                         ///< lowest corner among the grid's values
+    std::uint32_t entry[block_points];
+};
+
+ITS_CLONES void map_values(const QueryIndex& index, const Vec3* points, int count, ValueBlock& block) {
     const double ox = index.origin.x, oy = index.origin.y, oz = index.origin.z;
-    const double width = index.width, cells = index.cells;
-    const int shift = index.level, side = int(index.side), last = (side << shift) - 1;
-    const double scale = 1.0 / double(1 << shift);
-    const int row = side + 1, slice = row * row;
-    const double* const values = index.values.data();
-    const std::uint32_t* const top = index.top.data();
+    const double width = index.width, cells = index.cells, scale = 1.0 / double(1 << index.level);
+    const int last = int(index.side) - 1, side = int(index.side);
     for (int i = 0; i < count; ++i) {
-        const Vec3 p = points[i];
-        const double x = (p.x - ox) / width, y = (p.y - oy) / width, z = (p.z - oz) / width;
+        const double px = points[i].x, py = points[i].y, pz = points[i].z;
+        const double x = (px - ox) / width, y = (py - oy) / width, z = (pz - oz) / width;
         const auto clamp = [cells](double v) { return v > 0 ? (v < cells ? v : cells) : 0.0; };  // NaN: 0
         const double ix = clamp(x), iy = clamp(y), iz = clamp(z);
-        const auto cell = [last](double v) { return int(v) < last ? int(v) : last; };
-        const int cx = cell(ix), cy = cell(iy), cz = cell(iz);
-        const int tx = cx >> shift, ty = cy >> shift, tz = cz >> shift;
-        const double fx = scale * ix - tx, fy = scale * iy - ty, fz = scale * iz - tz;
-        const double* const v = values + (tz * slice + ty * row + tx);
-        const auto mix = lerp_exact_at_zero;
-        const double z0 = mix(mix(v[0], v[1], fx), mix(v[row], v[row + 1], fx), fy);
-        const double z1 = mix(mix(v[slice], v[slice + 1], fx), mix(v[slice + row], v[slice + row + 1], fx), fy);
         const double ax = x - ix, ay = y - iy, az = z - iz;
-        const double never = (p.x - p.x) + (p.y - p.y) + (p.z - p.z);  // 0, or NaN where one is not finite
-        out[i] = width * (mix(z0, z1, fz) + std::sqrt(ax * ax + ay * ay + az * az)) + never;
-        const std::uint32_t entry = top[(tz * side + ty) * side + tx];
-        const int octant =
-            (cx >> (shift - 1) & 1) | (cy >> (shift - 1) & 1) << 1 | (cz >> (shift - 1) & 1) << 2;
-        block.entry[i] = (entry >> 31) | (entry >> octant & (entry >> 31 ^ 1) & 1);
+        const double never = (px - px) + (py - py) + (pz - pz);  // 0, or NaN where one is not finite
+        block.away[i] = std::sqrt(ax * ax + ay * ay + az * az) + never;
+        const auto cell = [last, scale](double v) { return int(scale * v) < last ? int(scale * v) : last; };
+        const int cx = cell(ix), cy = cell(iy), cz = cell(iz);
+        block.x[i] = scale * ix - cx;
+        block.y[i] = scale * iy - cy;
+        block.z[i] = scale * iz - cz;
+        block.corner[i] = (cz * (side + 1) + cy) * (side + 1) + cx;
+        block.entry[i] = std::uint32_t((cz * side + cy) * side + cx);
     }
 }
 
-void value_block(const QueryIndex& index, const Vec3* points, int count, double* out) {
-    Block block;
-    grid_values(index, points, count, block, out);
-    std::uint32_t left[block_points];
+/// f on the grid's cells; not yet right where there is a group or a halo.
+ITS_CLONES void grid_values(const double* __restrict values, double width, int side, int count,
+                            const ValueBlock& block, double* __restrict out) {
+    const int row = side + 1, slice = row * row;
+    for (int i = 0; i < count; ++i) {
+        const double* const v = values + block.corner[i];
+        const double x = block.x[i], y = block.y[i];
+        const auto mix = lerp_exact_at_zero;
+        const double z0 = mix(mix(v[0], v[1], x), mix(v[row], v[row + 1], x), y);
+        const double z1 = mix(mix(v[slice], v[slice + 1], x), mix(v[slice + row], v[slice + row + 1], x), y);
+        out[i] = width * (mix(z0, z1, block.z[i]) + block.away[i]);
+    }
+}
+
+/// The numbers of the points at groups and halos; returns how many.
+int finer_points(const std::uint32_t* top, int count, const ValueBlock& block, std::uint32_t* list) {
     int n = 0;
     for (int i = 0; i < count; ++i) {
-        left[n] = std::uint32_t(i);
-        n += int(block.entry[i]);
+        list[n] = std::uint32_t(i);
+        n += (top[block.entry[i]] & ~QueryIndex::inside) != 0;
     }
-    for (int k = 0; k < n; ++k) out[left[k]] = field_value(index, points[left[k]]);
+    return n;
+}
+
+void value_block(const QueryIndex& index, const Vec3* points, int count, double* out) {
+    ValueBlock block;
+    std::uint32_t list[block_points];
+    map_values(index, points, count, block);
+    grid_values(index.values.data(), index.width, int(index.side), count, block, out);
+    const int finer = finer_points(index.top.data(), count, block, list);
+    for (int k = 0; k < finer; ++k) out[list[k]] = field_value(index, points[list[k]]);
 }
 
 void check_sizes(std::size_t points, std::size_t out) {

@@ -61,25 +61,6 @@ void fill_cube(QueryIndex& index, const Cell& at, std::uint32_t size, std::uint3
         }
 }
 
-/// Says which octants of the leaf entries around a subdivided one its grid points touch.
-void mark_neighbours(QueryIndex& index, const Cell& at) {
-    for (int direction = 0; direction < 27; ++direction) {
-        const std::array<int, 3> d = {direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1};
-        std::uint64_t place = 0;
-        bool usable = true;
-        unsigned touched = QueryIndex::octants;
-        for (int axis = 2; axis >= 0; --axis) {
-            constexpr std::array<unsigned, 3> upper = {0xaa, 0xcc, 0xf0};  // octants on the axis' upper side
-            const std::int64_t i = std::int64_t{at[axis]} + d[axis];
-            usable &= i >= 0 && i < index.side;
-            place = place * index.side + std::uint64_t(i);
-            if (d[axis] < 0) touched &= upper[axis];
-            if (d[axis] > 0) touched &= ~upper[axis];
-        }
-        if (usable && !(index.top[place] & QueryIndex::subdivided)) index.top[place] |= touched;
-    }
-}
-
 std::vector<std::uint32_t> make_top(QueryIndex& index) {
     const Octree& octree = index.shell.octree;
     index.top.assign(std::size_t{index.side} * index.side * index.side + 1, 0);
@@ -100,8 +81,6 @@ std::vector<std::uint32_t> make_top(QueryIndex& index) {
     const Level& below = octree.levels[std::size_t(index.level) - 1];
     for (std::uint64_t group = 0; group < below.groups(); ++group)
         fill_cube(index, morton_decode(below.parent[group]), 1, QueryIndex::subdivided | std::uint32_t(group));
-    for (std::uint64_t group = 0; group < below.groups(); ++group)
-        mark_neighbours(index, morton_decode(below.parent[group]));
     return std::move(index.top);
 }
 
@@ -168,6 +147,132 @@ bool refine_once(const QueryIndex& index, const Cell& finest, Patch& patch) {
     return true;
 }
 
+/// The values at the corners of the grid's cell that holds `finest`.
+void grid_corners(const QueryIndex& index, const Cell& finest, double (&value)[8]) {
+    const std::uint64_t row = index.side + 1;
+    const std::uint64_t lowest =
+        (std::uint64_t{finest[2] >> index.level} * row + (finest[1] >> index.level)) * row +
+        (finest[0] >> index.level);
+    for (unsigned c = 0; c < 8; ++c)
+        value[c] = index.values[lowest + (c & 1) + (c >> 1 & 1) * row + (c >> 2) * row * row];
+}
+
+/// Groups and halos as one tree: where a point is on its way down. Below the grid `values` are the 27 of the
+/// group or halo at `level`.
+struct Walk {
+    int level;
+    bool in_halo;
+    std::uint64_t group;  ///< or halo
+};
+
+/// The group or halo below the grid's cell with this entry; false if there is none.
+bool enter(const QueryIndex& index, std::uint32_t entry, Walk& at) {
+    at.level = index.level - 1;
+    at.in_halo = !(entry & QueryIndex::subdivided);
+    at.group = at.in_halo ? (entry & QueryIndex::halo) - 1 : entry & ~QueryIndex::subdivided;
+    return !at.in_halo || (entry & QueryIndex::halo) != 0;
+}
+
+const double* values_at(const QueryIndex& index, const Walk& at) {
+    const auto level = std::size_t(at.level);
+    return at.in_halo ? index.halos[level][at.group].value
+                      : index.levels[level].values + group_points * at.group;
+}
+
+/// One level down, into the child's group or halo; false if it has neither.
+bool step(const QueryIndex& index, unsigned child, Walk& at) {
+    const auto level = std::size_t(at.level);
+    if (!at.in_halo && index.levels[level].mask[at.group] >> child & 1) {
+        if (at.level == 0) return false;
+        at.group = rank(index.levels[level], at.group, child);
+    } else {
+        if (at.level <= index.halo_level) return false;  // none are known below
+        const std::uint32_t next =
+            at.in_halo ? index.halos[level][at.group].next[child] : index.next[level][8 * at.group + child];
+        if (next == 0) return false;
+        at.in_halo = true;
+        at.group = next - 1;
+    }
+    --at.level;
+    return true;
+}
+
+/// F_k at the 27 points of a cell of level k + 1 from its corners: no finer hats yet.
+Halo plain_halo(const double (&corner)[8]) {
+    Halo halo{};
+    for (unsigned p = 0; p < group_points; ++p) {
+        double sum = 0;
+        for (unsigned e = 0; e < 8; ++e)
+            sum +=
+                corner[(p % 3 + (e & 1)) / 2 + (p / 3 % 3 + (e >> 1 & 1)) / 2 * 2 + (p / 9 + (e >> 2)) / 2 * 4];
+        halo.value[p] = 0.125 * sum;
+    }
+    return halo;
+}
+
+/// The halo of an undivided cell of level k + 1 that touches a group of level k; made if it is not there yet.
+Halo& halo_in(QueryIndex& index, const Cell& cell, int k) {
+    Cell finest;
+    for (std::size_t axis = 0; axis < 3; ++axis) finest[axis] = cell[axis] << (k + 1);
+    double corner[8];
+    std::uint32_t* slot = &index.top[index.top_index(finest)];
+    std::uint32_t known = *slot & QueryIndex::halo;
+    if (k + 1 == index.level) {
+        if (known == 0) grid_corners(index, finest, corner);
+    } else {  // in a group, or in a halo: its parent touches the parent of the group that it touches
+        Walk at;
+        enter(index, *slot, at);
+        while (at.level > k + 1) step(index, child_at(finest, at.level), at);
+        const unsigned child = child_at(finest, k + 1);
+        const auto level = std::size_t(k) + 1;
+        slot =
+            at.in_halo ? &index.halos[level][at.group].next[child] : &index.next[level][8 * at.group + child];
+        known = *slot;
+        if (known == 0) corner_values(values_at(index, at), child, corner);
+    }
+    std::vector<Halo>& halos = index.halos[std::size_t(k)];
+    if (known != 0) return halos[known - 1];
+    halos.push_back(plain_halo(corner));
+    *slot += std::uint32_t(halos.size());
+    return halos.back();
+}
+
+/// Gives a halo the values of a group at the points that they share; the group is on its side −d.
+void share(const double* group, const std::array<int, 3>& d, Halo& halo) {
+    const auto from = [](int side) { return side < 0 ? 2u : 0u; };
+    const auto to = [](int side) { return side > 0 ? 0u : 2u; };
+    for (unsigned z = from(d[2]); z <= to(d[2]); ++z)
+        for (unsigned y = from(d[1]); y <= to(d[1]); ++y)
+            for (unsigned x = from(d[0]); x <= to(d[0]); ++x)
+                halo.value[x + 3 * y + 9 * z] =
+                    group[std::size_t(int(x) + 2 * d[0]) + 3 * std::size_t(int(y) + 2 * d[1]) +
+                          9 * std::size_t(int(z) + 2 * d[2])];
+}
+
+/// All halos at the groups of level k.
+void make_halos(QueryIndex& index, int k) {
+    const Level& level = index.shell.octree.levels[std::size_t(k)];
+    if (k + 1 < index.level)
+        index.next[std::size_t(k) + 1].assign(8 * index.shell.octree.levels[std::size_t(k) + 1].groups(), 0);
+    for (std::uint64_t group = 0; group < level.groups(); ++group) {
+        const Cell parent = morton_decode(level.parent[group]);
+        for (int direction = 0; direction < 27; ++direction) {
+            const std::array<int, 3> d = {direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1};
+            std::array<std::int64_t, 3> cell;
+            bool in_root = true;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                cell[axis] = std::int64_t{parent[axis]} + d[axis];
+                in_root &= cell[axis] >= 0 && cell[axis] < std::int64_t{index.side} << (index.level - 1 - k);
+            }
+            if (!in_root || group_in(index, cell, k + 1) != no_group) continue;
+            Halo& halo =
+                halo_in(index, {std::uint32_t(cell[0]), std::uint32_t(cell[1]), std::uint32_t(cell[2])}, k);
+            share(index.levels[std::size_t(k)].values + group_points * group, d, halo);
+        }
+    }
+    index.halo_level = k;
+}
+
 }  // namespace
 
 QueryIndex::QueryIndex(const ShellData& data)
@@ -182,33 +287,33 @@ QueryIndex::QueryIndex(const ShellData& data)
                      data.octree.levels[k].first.data(), data.field.values[k].data()};
     top = make_top(*this);
     values = coarse_values(*this);
+    halo_level = level;
+    do make_halos(*this, halo_level - 1);
+    while (halo_level > 0 && data.octree.levels[std::size_t(halo_level) - 1].groups() <= most_halo_groups);
 }
 
-void refine(const QueryIndex& index, const Cell& finest, Patch& patch) {
-    while (patch.level > 0 && refine_once(index, finest, patch)) {
-    }
+std::uint64_t QueryIndex::memory_bytes() const {
+    std::uint64_t bytes = sizeof(*this) + top.size() * sizeof(top[0]) + values.size() * sizeof(values[0]);
+    for (const auto& level_halos : halos) bytes += level_halos.size() * sizeof(Halo);
+    for (const auto& level_next : next) bytes += level_next.size() * sizeof(level_next[0]);
+    return bytes;
 }
 
 Patch find_patch(const QueryIndex& index, const Cell& finest) {
     Patch patch;
-    const std::uint32_t entry = index.top[index.top_index(finest)];
-    if (entry & QueryIndex::subdivided) {
-        const Place at = descend(index.levels.data(), entry & ~QueryIndex::subdivided, index.level - 1, finest);
+    Walk at;
+    patch.level = index.level;
+    if (enter(index, index.top[index.top_index(finest)], at)) {
+        while (step(index, child_at(finest, at.level), at)) {
+        }
         patch.level = at.level;
-        corner_values(index.levels[std::size_t(at.level)], at.group, at.child, patch.value);
+        corner_values(values_at(index, at), child_at(finest, at.level), patch.value);
     } else {
-        patch.level = index.level;
-        const std::uint64_t row = index.side + 1;
-        const std::uint64_t lowest =
-            (std::uint64_t{finest[2] >> index.level} * row + (finest[1] >> index.level)) * row +
-            (finest[0] >> index.level);
-        for (unsigned c = 0; c < 8; ++c)
-            patch.value[c] = index.values[lowest + (c & 1) + (c >> 1 & 1) * row + (c >> 2) * row * row];
+        grid_corners(index, finest, patch.value);
     }
-    for (int axis = 0; axis < 3; ++axis) patch.cell[axis] = finest[axis] >> patch.level;
-    const bool touched =
-        entry & QueryIndex::subdivided ? patch.level > 0 : entry >> child_at(finest, index.level - 1) & 1;
-    if (touched) refine(index, finest, patch);
+    for (std::size_t axis = 0; axis < 3; ++axis) patch.cell[axis] = finest[axis] >> patch.level;
+    while (patch.level > 0 && patch.level <= index.halo_level && refine_once(index, finest, patch)) {
+    }
     return patch;
 }
 

@@ -23,14 +23,25 @@ struct LevelView {
     const double* values = nullptr;
 };
 
+/// A lattice cell that the octree does not subdivide, although hats of the next finer level reach into it from
+/// its neighbours: its 27 points as a group's, so that f is trilinear on each of the eight children, but for
+/// those that have a halo in turn.
+struct Halo {
+    double value[group_points];
+    std::uint32_t next[8];  ///< 1 + index of the child's halo in the level below; 0: none
+};
+
 struct QueryIndex {
     static constexpr int top_bits = 6;  ///< the grid has at most 2^top_bits cells a side
+    /// Halos are made for level t − 1, and for finer levels of at most so many groups. This bounds the index
+    /// and the time to make it, whatever the shell; few points lie at halos of finer levels, and for those
+    /// neighbours are looked up.
+    static constexpr std::uint64_t most_halo_groups = 16384;
 
     // An entry of the grid, for a lattice cell of level `level`:
     static constexpr std::uint32_t subdivided = 1u << 31;  ///< the other bits: its group in level − 1
-    static constexpr std::uint32_t inside = 1u << 30;      ///< else: in a leaf, which is on this side, and
-    /// bit o: a hat of level − 1 reaches into octant o from outside, so that f is not trilinear there.
-    static constexpr std::uint32_t octants = 0xff;
+    static constexpr std::uint32_t inside = 1u << 30;      ///< else: in a leaf, which is on this side,
+    static constexpr std::uint32_t halo = inside - 1;      ///< and 1 + its halo in level − 1, or 0
 
     explicit QueryIndex(const ShellData& shell);
 
@@ -48,6 +59,11 @@ struct QueryIndex {
     std::vector<std::uint32_t> top;  ///< n³ entries, x fastest, and one that is outside, for points of no cell
     std::vector<double> values;      ///< F_t at the (n+1)³ lattice points of level t
     std::array<LevelView, max_depth + 1> levels;
+    int halo_level = 0;  ///< halos are there for the levels from this one to t − 1
+    std::array<std::vector<Halo>, max_depth + 1> halos;          ///< by level of the children
+    std::array<std::vector<std::uint32_t>, max_depth + 1> next;  ///< [k][8·group + child], as Halo::next
+
+    std::uint64_t memory_bytes() const;
 
     /// As Lattice::to_lattice, the same bits.
     Vec3 to_lattice(const Vec3& p) const {
@@ -116,12 +132,15 @@ inline bool inside_bit(const LevelView* levels, const Place& at) {
     return levels[at.level].inside[at.group] >> at.child & 1;
 }
 
-/// The eight corner values of a stored cell.
-ITS_INLINE void corner_values(const LevelView& level, std::uint64_t group, unsigned child, double (&value)[8]) {
-    const double* const lowest =
-        level.values + group_points * group + (child & 1) + 3 * (child >> 1 & 1) + 9 * (child >> 2);
+/// The eight corner values of a child, of the 27 of its group.
+ITS_INLINE void corner_values(const double* group, unsigned child, double (&value)[8]) {
+    const double* const lowest = group + (child & 1) + 3 * (child >> 1 & 1) + 9 * (child >> 2);
     constexpr int offset[8] = {0, 1, 3, 4, 9, 10, 12, 13};
     for (int c = 0; c < 8; ++c) value[c] = lowest[offset[c]];
+}
+
+ITS_INLINE void corner_values(const LevelView& level, std::uint64_t group, unsigned child, double (&value)[8]) {
+    corner_values(level.values + group_points * group, child, value);
 }
 
 /// A lattice cell of some level on which f is trilinear.
@@ -133,9 +152,5 @@ struct Patch {
 
 /// The patch that holds a finest cell.
 Patch find_patch(const QueryIndex& index, const Cell& finest);
-
-/// f is trilinear on the leaf or the top cell of this patch, but for hats of finer levels: goes down to where
-/// none reaches.
-void refine(const QueryIndex& index, const Cell& finest, Patch& patch);
 
 }  // namespace its

@@ -60,8 +60,7 @@ Interval Query::signed_distance_bound(const Vec3& point) const {
 }
 
 std::uint64_t Query::memory_bytes() const {
-    return sizeof(QueryIndex) + index_->top.size() * sizeof(index_->top[0]) +
-           index_->values.size() * sizeof(index_->values[0]);
+    return index_->memory_bytes();
 }
 
 }  // namespace its
