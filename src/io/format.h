@@ -61,12 +61,14 @@ enum Kind : std::uint32_t {
     cell_triangle,  // version 1 only
     list_offset,
     list_bytes,
+    level_inside,
+    cell_winding,
 };
 
 /// Sections that nothing else in the file is reached through. LoadCheck::quick does not read them.
 inline bool is_payload(std::uint32_t kind) {
     return kind == level_values || kind == cell_lower || kind == cell_upper || kind == list_offset ||
-           kind == list_bytes;
+           kind == list_bytes || kind == cell_winding;
 }
 
 /// The arrays of version 1 that the shell no longer has.
@@ -87,11 +89,13 @@ void visit_arrays(Shell& shell, Visit&& visit) {
     for (std::uint32_t k = 0; k < levels; ++k) {
         visit(level_parent, k, shell.octree.levels[k].parent);
         visit(level_mask, k, shell.octree.levels[k].mask);
+        visit(level_inside, k, shell.sides.inside[k]);
     }
     visit(cell_lower, 0, shell.surface.lower);
     visit(cell_upper, 0, shell.surface.upper);
     visit(list_offset, 0, shell.surface.lists.offset);
     visit(list_bytes, 0, shell.surface.lists.bytes);
+    visit(cell_winding, 0, shell.sides.winding);
     for (std::uint32_t k = 0; k < levels; ++k) visit(level_values, k, shell.field.values[k]);
 }
 

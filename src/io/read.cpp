@@ -126,6 +126,7 @@ void refer_to_sections(const FileBytes& file, std::uint32_t file_version, const 
     shell.octree.depth = shell.lattice.depth;
     shell.octree.levels.resize(levels);
     shell.field.values.resize(levels);
+    shell.sides.inside.resize(levels);
     old.first.resize(levels);
     std::size_t next = 1;
     const auto visit = [&](Kind kind, std::uint32_t level, auto& array) {
@@ -142,9 +143,12 @@ void refer_to_sections(const FileBytes& file, std::uint32_t file_version, const 
     require(next == table.size(), "has {} sections, too many at depth {}", table.size(), shell.lattice.depth);
 }
 
-/// Version 1 has the running numbers of masks, which follow from them, and plain lists. Nothing is validated
-/// yet.
+/// Version 1 lacks the exact sides of cells, has the running numbers of masks, which follow from them, and
+/// plain lists. Nothing is validated yet.
 void convert_version_1(const OldArrays& old, ShellData& shell) {
+    require(shell.info.sign == SignRule::unsigned_rule,
+            "was written before shells knew the exact sides of their cells; rebuild it with `its build`");
+    shell.sides = no_inside(shell.octree);
     for (std::size_t k = 0; k < old.first.size(); ++k) {
         const Level& level = shell.octree.levels[k];
         const Ranks& ranks = level.first;

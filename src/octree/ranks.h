@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "base/simd.h"
+
 /// Counts of set bits in an array of 8-bit masks.
 namespace its {
 
@@ -19,7 +21,7 @@ public:
         std::uint64_t masks = 0, before = 0;
 
         /// The number of bits before bit `bit` of mask i, of which this is the word.
-        std::uint64_t rank(std::uint64_t i, int bit) const {
+        ITS_INLINE std::uint64_t rank(std::uint64_t i, int bit) const {
             const std::uint64_t below = (std::uint64_t{1} << (8 * (i % 8) + std::uint64_t(bit))) - 1;
             return before + std::uint64_t(std::popcount(masks & below));
         }

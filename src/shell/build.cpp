@@ -56,7 +56,8 @@ std::uint64_t bytes_of(const Array<T>& array) {
 std::uint64_t memory_of(const ShellData& shell) {
     const SurfaceCells& surface = shell.surface;
     std::uint64_t bytes = bytes_of(surface.lower) + bytes_of(surface.upper) + bytes_of(surface.lists.offset) +
-                          bytes_of(surface.lists.bytes);
+                          bytes_of(surface.lists.bytes) + bytes_of(shell.sides.winding);
+    for (const auto& inside : shell.sides.inside) bytes += bytes_of(inside);
     for (const Level& level : shell.octree.levels)
         bytes += bytes_of(level.parent) + bytes_of(level.mask) + level.first.bytes();
     for (const auto& values : shell.field.values) bytes += bytes_of(values);
@@ -120,7 +121,10 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         const Stopwatch distance_time;
         auto distance = grid_distances(shell->octree, positions, mesh.triangles, options.progress);
         if (sign == SignRule::winding)
-            apply_signs(shell->octree, WindingLines(mesh, shell->lattice, voxels, options.progress), distance);
+            shell->sides = apply_signs(shell->octree,
+                                       WindingLines(mesh, shell->lattice, voxels, options.progress), distance);
+        else
+            shell->sides = no_inside(shell->octree);
         spent.distance = distance_time.seconds();
 
         const Stopwatch field_time;

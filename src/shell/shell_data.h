@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "base/array.h"
+#include "distance/cell_sides.h"
 #include "field/field.h"
 #include "its/shell.h"
 #include "octree/lattice.h"
@@ -33,6 +34,7 @@ struct ShellData {
     Octree octree;
     Field field;
     SurfaceCells surface;
+    CellSides sides;
     double epsilon_inner = 0, epsilon_outer = 0;
     std::uint64_t grid_points = 0;  ///< 0: not counted
     ShellInfo info;

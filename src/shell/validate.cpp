@@ -134,6 +134,12 @@ void check_sizes(const ShellData& shell) {
     require(surface.lower.size() == cells && surface.upper.size() == cells &&
                 surface.lists.offset.size() == groups + 1,
             "the arrays of surface cells differ in size");
+    const CellSides& sides = shell.sides;
+    require(sides.inside.size() == levels.size(), "sides of {} levels", sides.inside.size());
+    for (std::size_t k = 0; k < levels.size(); ++k)
+        require(sides.inside[k].size() == shell.octree.levels[k].groups(), "level {} has {} groups with sides",
+                k, sides.inside[k].size());
+    require(sides.winding.empty() || sides.winding.size() == cells, "{} winding numbers", sides.winding.size());
 }
 
 void check_field(const ShellData& shell) {
@@ -156,6 +162,22 @@ void check_surface(const ShellData& shell) {
             "the triangle lists of surface cells do not fill their array");
     require_all(level.groups(), "triangle lists of group", [&](std::uint64_t i) {
         return well_formed(lists, i, std::popcount(level.mask[i]), shell.mesh.triangles.size());
+    });
+}
+
+/// A surface cell is inside where its winding number is at least 1.
+void check_sides(const ShellData& shell) {
+    const CellSides& sides = shell.sides;
+    if (sides.winding.empty()) return;
+    const Level& level = shell.octree.levels[0];
+    require_all(level.groups(), "winding numbers of group", [&](std::uint64_t i) {
+        std::uint64_t cell = level.first[i];
+        bool good = true;
+        for (unsigned left = level.mask[i]; left != 0; left &= left - 1) {
+            const bool inside = sides.inside[0][i] >> std::countr_zero(left) & 1;
+            good &= (sides.winding[cell++] >= 1) == inside;
+        }
+        return good;
     });
 }
 
@@ -197,6 +219,7 @@ void validate_structure(const ShellData& shell) {
 void validate_payload(const ShellData& shell) {
     check_field(shell);
     check_surface(shell);
+    check_sides(shell);
 }
 
 void validate(const ShellData& shell) {

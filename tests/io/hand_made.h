@@ -33,6 +33,7 @@ inline void fill_arrays(ShellData& shell) {
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = double(i) / 8 - 1.0;
         shell.field.values.emplace_back(std::move(values));
     }
+    shell.sides = no_inside(shell.octree);
     const std::uint64_t cells = shell.octree.surface_cells();
     std::vector<float> lower(cells, -0.125f), upper;
     std::vector<std::uint64_t> offset = {0};

@@ -55,11 +55,13 @@ void expect_same(const ShellData& a, const ShellData& b) {
         EXPECT_EQ(a.octree.levels[k].parent, b.octree.levels[k].parent);
         EXPECT_EQ(a.octree.levels[k].mask, b.octree.levels[k].mask);
         EXPECT_TRUE(same_bits(a.field.values[k], b.field.values[k]));
+        EXPECT_EQ(a.sides.inside[k], b.sides.inside[k]);
     }
     EXPECT_TRUE(same_bits(a.surface.lower, b.surface.lower));
     EXPECT_TRUE(same_bits(a.surface.upper, b.surface.upper));
     EXPECT_EQ(a.surface.lists.offset, b.surface.lists.offset);
     EXPECT_EQ(a.surface.lists.bytes, b.surface.lists.bytes);
+    EXPECT_EQ(a.sides.winding, b.sides.winding);
     EXPECT_EQ(a.epsilon_inner, b.epsilon_inner);
     EXPECT_EQ(a.epsilon_outer, b.epsilon_outer);
     const ShellInfo &i = a.info, &j = b.info;
@@ -133,7 +135,7 @@ TEST_F(ShellFile, ArraysLieWhereTheyCanBeMapped) {
     EXPECT_EQ(bytes.size() % 64, 0u);
     std::uint32_t sections = 0;
     std::memcpy(&sections, bytes.data() + 28, 4);
-    EXPECT_EQ(sections, 8u + 3 * 2);
+    EXPECT_EQ(sections, 9u + 4 * 2);
     for (std::uint32_t i = 0; i < sections; ++i) {
         std::uint64_t offset = 0;
         std::memcpy(&offset, bytes.data() + 64 + 48 * i + 8, 8);
