@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -55,6 +56,7 @@ struct ShellInfo {
     std::uint64_t surface_cells = 0;  ///< finest cells that meet M
     std::uint64_t cells = 0;          ///< of all levels
     std::uint64_t memory_bytes = 0;   ///< of the shell without its copy of the mesh
+    std::array<std::uint64_t, 2> input_hash = {};  ///< input_hash() of mesh and options; 0: not known
     double thickness() const { return epsilon_outer - epsilon_inner; }
 };
 
@@ -83,8 +85,8 @@ public:
     /// floor() selects. NaN for a non-finite point.
     Vec3 gradient(const Vec3& point) const;
 
-    /// Grid points of all levels; one position on two levels counts twice. Counted anew at each call, in
-    /// O(n log n) time and 216 bytes a sibling group of the largest level.
+    /// Grid points of all levels; one position on two levels counts twice. Counted anew at each call, in linear
+    /// time, unless the shell was loaded from a file.
     std::uint64_t grid_points() const;
 
     const ShellData& data() const { return *data_; }

@@ -12,6 +12,14 @@ std::uint64_t Octree::find(int level, std::uint64_t parent) const {
     return it != parents.end() && *it == parent ? std::uint64_t(it - parents.begin()) : no_group;
 }
 
+CellPlace Octree::surface_place(std::uint64_t cell) const {
+    const Level& level = levels[0];
+    const std::uint64_t group = level.first.find(cell);
+    unsigned mask = level.mask[group];
+    for (std::uint64_t skip = cell - level.first[group]; skip > 0; --skip) mask &= mask - 1;
+    return {group, std::countr_zero(mask)};
+}
+
 namespace {
 
 /// The level whose marked children are `marked` (Morton codes of its cells, strictly ascending).
@@ -27,10 +35,7 @@ Level make_level(std::span<const std::uint64_t> marked) {
     }
     parent.shrink_to_fit();
     mask.shrink_to_fit();
-    std::vector<std::uint64_t> first(parent.size() + 1, 0);
-    for (std::size_t i = 0; i < mask.size(); ++i)
-        first[i + 1] = first[i] + std::uint64_t(std::popcount(mask[i]));
-    return {std::move(parent), std::move(mask), std::move(first)};
+    return {std::move(parent), std::move(mask)};
 }
 
 }  // namespace

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "base/array.h"
+#include "distance/cell_sides.h"
 #include "field/field.h"
 #include "its/shell.h"
 #include "octree/lattice.h"
 #include "octree/octree.h"
+#include "shell/triangle_lists.h"
 
 namespace its {
 
@@ -14,9 +17,8 @@ namespace its {
 struct SurfaceCells {
     /// f(M ∩ c) ⊆ [lower, upper], in cell widths, rounding error included.
     Array<float> lower, upper;
-    /// Triangles that meet the cell dilated by the lattice's rounding: triangle[offset[c] … offset[c+1]).
-    Array<std::uint64_t> offset;
-    Array<std::uint32_t> triangle;
+    /// Triangles that meet the cell dilated by the lattice's rounding; read by ShellData::triangles().
+    TriangleLists lists;
 };
 
 /// The mesh of a shell, as in Mesh.
@@ -32,8 +34,16 @@ struct ShellData {
     Octree octree;
     Field field;
     SurfaceCells surface;
+    CellSides sides;
     double epsilon_inner = 0, epsilon_outer = 0;
+    std::uint64_t grid_points = 0;  ///< 0: not counted
     ShellInfo info;
+
+    /// The triangles that meet a surface cell: a marked child of a group of level 0.
+    TriangleList triangles(std::uint64_t group, int child) const {
+        const unsigned before = octree.levels[0].mask[group] & ((1u << child) - 1);
+        return surface.lists.list(group, std::popcount(before), mesh.triangles.size());
+    }
 };
 
 }  // namespace its

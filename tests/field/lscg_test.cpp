@@ -26,18 +26,17 @@ Octree random_octree(int depth, double probability, Generator& random) {
     for (int k = depth; k >= 0; --k) {
         Level& level = octree.levels[k];
         std::vector<std::uint8_t> masks;
-        std::vector<std::uint64_t> first{0}, children;
+        std::vector<std::uint64_t> children;
         for (const std::uint64_t parent : parents) {
             std::uint8_t mask = 0;
             for (int child = 0; child < 8; ++child)
                 if (std::bernoulli_distribution(probability)(random)) mask |= 1 << child;
-            if (parent == parents.back() && first.back() == 0) mask |= 1 << random() % 8;
+            if (parent == parents.back() && children.empty() && mask == 0) mask |= 1 << random() % 8;
             for (int child = 0; child < 8; ++child)
                 if (mask >> child & 1) children.push_back(parent << 3 | child);
             masks.push_back(mask);
-            first.push_back(first.back() + std::popcount(mask));
         }
-        level = {std::move(parents), std::move(masks), std::move(first)};
+        level = {std::move(parents), std::move(masks)};
         parents = std::move(children);
     }
     return octree;

@@ -33,6 +33,7 @@ inline void fill_arrays(ShellData& shell) {
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = double(i) / 8 - 1.0;
         shell.field.values.emplace_back(std::move(values));
     }
+    shell.sides = no_inside(shell.octree);
     const std::uint64_t cells = shell.octree.surface_cells();
     std::vector<float> lower(cells, -0.125f), upper;
     std::vector<std::uint64_t> offset = {0};
@@ -42,7 +43,7 @@ inline void fill_arrays(ShellData& shell) {
         for (std::uint32_t t = 0; t <= i % shell.mesh.triangles.size(); ++t) triangle.push_back(t);
         offset.push_back(triangle.size());
     }
-    shell.surface = {std::move(lower), std::move(upper), std::move(offset), std::move(triangle)};
+    shell.surface = {std::move(lower), std::move(upper), pack_lists(shell.octree.levels[0], offset, triangle)};
 }
 
 /// K = 0: the root's eight children, two of which meet the mesh of one triangle.
@@ -52,7 +53,7 @@ inline ShellData one_level() {
     shell.mesh.triangles = {{0, 1, 2}};
     shell.lattice = {.depth = 0, .width = 1.0, .base = {0, 0, 0}};
     shell.octree.depth = 0;
-    shell.octree.levels = {{.parent = {0}, .mask = {0b11}, .first = {0, 2}}};
+    shell.octree.levels = {Level({0}, {0b11})};
     fill_arrays(shell);
     describe(shell);
     return shell;
@@ -65,8 +66,7 @@ inline ShellData two_levels() {
     shell.mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
     shell.lattice = {.depth = 1, .width = 1.0, .base = {0, 0, 0}};
     shell.octree.depth = 1;
-    shell.octree.levels = {{.parent = {0, 7}, .mask = {0b11, 0b10000001}, .first = {0, 2, 4}},
-                           {.parent = {0}, .mask = {0b10000001}, .first = {0, 2}}};
+    shell.octree.levels = {Level({0, 7}, {0b11, 0b10000001}), Level({0}, {0b10000001})};
     fill_arrays(shell);
     describe(shell);
     return shell;

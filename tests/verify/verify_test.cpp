@@ -86,20 +86,20 @@ struct Tampered {
         int child = 0;
         surface_cell(s, group, child);
         Level& level = data.octree.levels[0];
-        edit(level.mask)[group] &= std::uint8_t(~(1u << child));
-        auto first = edit(level.first);
-        for (std::uint64_t g = group + 1; g <= level.groups(); ++g) --first[g];
         SurfaceCells& surface = data.surface;
-        const std::uint64_t begin = surface.offset[s], count = surface.offset[s + 1] - begin;
-        const auto erase = [](auto edited, std::uint64_t from, std::uint64_t to) {
-            edited->erase(edited->begin() + std::ptrdiff_t(from), edited->begin() + std::ptrdiff_t(to));
+        CellLists lists = unpack_lists(level, surface.lists, data.mesh.triangles.size());
+        const auto erase = [](auto& from, std::uint64_t begin, std::uint64_t end) {
+            from.erase(from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
         };
-        erase(edit(surface.triangle), begin, begin + count);
-        erase(edit(surface.offset), s, s + 1);
-        auto offset = edit(surface.offset);
-        for (std::uint64_t c = s; c < offset->size(); ++c) offset[c] -= count;
-        erase(edit(surface.lower), s, s + 1);
-        erase(edit(surface.upper), s, s + 1);
+        const std::uint64_t count = lists.offset[s + 1] - lists.offset[s];
+        erase(lists.triangle, lists.offset[s], lists.offset[s + 1]);
+        erase(lists.offset, s, s + 1);
+        for (std::uint64_t c = s; c < lists.offset.size(); ++c) lists.offset[c] -= count;
+        erase(*edit(surface.lower), s, s + 1);
+        erase(*edit(surface.upper), s, s + 1);
+        edit(level.mask)[group] &= std::uint8_t(~(1u << child));
+        level = {level.parent, level.mask};
+        surface.lists = pack_lists(level, lists.offset, lists.triangle);
         --data.info.surface_cells;
     }
 
@@ -298,8 +298,11 @@ TEST(Verify, NegativeValueOfAnUnsignedField) {
 TEST(Verify, TriangleMissingInAList) {
     Tampered t;
     const std::uint64_t cell = 200;
-    const std::uint64_t begin = t.data.surface.offset[cell];
-    edit(t.data.surface.triangle)[begin] = t.data.surface.triangle[begin] == 0 ? 1 : 0;
+    const Level& level = t.data.octree.levels[0];
+    CellLists lists = unpack_lists(level, t.data.surface.lists, t.data.mesh.triangles.size());
+    lists.triangle.erase(lists.triangle.begin() + std::ptrdiff_t(lists.offset[cell]));
+    for (std::uint64_t c = cell + 1; c < lists.offset.size(); ++c) --lists.offset[c];
+    t.data.surface.lists = pack_lists(level, lists.offset, lists.triangle);
     EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 triangle lists"});
 }
 
@@ -345,14 +348,13 @@ TEST(Verify, BrokenArraysAreNotRead) {
     EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[1].mask)[0] ^= 128; }));
     EXPECT_TRUE(only_structure([](ShellData& d) { std::ranges::reverse(*edit(d.octree.levels[0].parent)); }));
     EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[0].parent)->back() += 1; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[0].first)[2] += 1; }));
     EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels.back().parent)[0] = 1; }));
     EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels.pop_back(); }));
     EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.depth = 40; }));
     EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.field.values[1])->pop_back(); }));
     EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.field.values[2])[7] = std::nan(""); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.offset)[4] = 1'000'000; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.triangle)[0] = 1'000'000; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lists.offset)[4] = 1'000'000; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lists.bytes)[0] = 255; }));
     EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lower)->pop_back(); }));
     EXPECT_TRUE(only_structure([](ShellData& d) { std::swap(d.surface.lower, d.surface.upper); }));
 }
