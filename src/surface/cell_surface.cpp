@@ -99,10 +99,8 @@ void make_cell_surface(const SurfaceFrame& frame, const LevelCell& cell, CellSur
         low[axis] = grid.position(axis, cell.at[std::size_t(axis)]);
         width[axis] = grid.width(axis, cell.at[std::size_t(axis)]);
     }
-    const unsigned inner = surface.crossing.inner();
     for (int v = 0; v < patch_vertices; ++v) {
-        const bool exists = v < first_inner ? surface.crossing.crossed(v) : inner >> (v - first_inner) & 1;
-        if (!exists) continue;
+        if (!surface.crossing.has(v)) continue;
         const Vec3 p = vertex_position(grid, cell.at, surface.value, surface.crossing, frame.side, v);
         for (int axis = 0; axis < 3; ++axis)
             surface.at[std::size_t(v)][axis] = (p[axis] - low[axis]) / width[axis];

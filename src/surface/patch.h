@@ -31,6 +31,9 @@ struct Crossing {
 
     /// Corners that have a vertex between them and the centre.
     unsigned inner() const { return !star ? 0 : centre_below ? ~below & 0xff : below; }
+    bool has(int vertex) const {
+        return vertex < first_inner ? crossed(vertex) : inner() >> (vertex - first_inner) & 1;
+    }
     bool crossed(int edge) const { return (below >> edge_start(edge) ^ below >> edge_end(edge)) & 1; }
 };
 

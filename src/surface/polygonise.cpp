@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <stdexcept>
 #include <vector>
 
 #include "base/parallel.h"
@@ -31,7 +32,8 @@ public:
     /// Precondition: the cell is in the list.
     std::uint32_t find(const Cell& at) const {
         std::uint64_t slot = first_slot(at);
-        while (cells_[slots_[slot]].at != at) slot = next(slot);
+        while (slots_[slot] != empty && cells_[slots_[slot]].at != at) slot = next(slot);
+        if (slots_[slot] == empty) throw std::logic_error("a level set cell is missing");
         return slots_[slot];
     }
 
@@ -55,11 +57,6 @@ struct Numbering {
     std::vector<Crossing> crossing;
 };
 
-[[noreturn]] void refuse_open() {
-    throw OptionError(
-        "the level set leaves the shell's root cube; choose a level nearer to 0 or a larger depth");
-}
-
 bool reaches_boundary(const Cell& at, unsigned below, std::uint32_t side) {
     for (int axis = 0; axis < 3; ++axis) {
         const unsigned high = axis == 0 ? 0xaa : axis == 1 ? 0xcc : 0xf0;
@@ -76,7 +73,7 @@ Numbering number_vertices(const SurfaceFrame& frame, std::span<const LevelCell> 
         std::array<double, 8> value;
         numbering.crossing[i] = crossing_of(cells[i], frame.level, value);
         const unsigned below = numbering.crossing[i].below;
-        if (below != 0 && reaches_boundary(cells[i].at, below, frame.grid.cells)) refuse_open();
+        if (below != 0 && reaches_boundary(cells[i].at, below, frame.grid.cells)) refuse_open_level();
     });
     numbering.first.resize(cells.size() + 1);
     std::uint64_t total = 0;
@@ -162,6 +159,11 @@ private:
 };
 
 }  // namespace
+
+void refuse_open_level() {
+    throw OptionError(
+        "the level set leaves the shell's root cube; choose a level nearer to 0 or a larger depth");
+}
 
 Mesh polygonise(const SurfaceFrame& frame, std::span<const LevelCell> cells, const Progress& progress) {
     if (cells.size() >= std::numeric_limits<std::uint32_t>::max())

@@ -14,4 +14,7 @@ namespace its {
 /// boundary
 Mesh polygonise(const SurfaceFrame& frame, std::span<const LevelCell> cells, const Progress& progress);
 
+/// \throws OptionError that says so.
+[[noreturn]] void refuse_open_level();
+
 }  // namespace its
