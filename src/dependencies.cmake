@@ -33,13 +33,3 @@ foreach(weight Regular Medium)
   its_embed(${ITS_FONT_${weight}} ${function} ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
   target_sources(its PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
 endforeach()
-
-# surface: .vdb files, where OpenVDB is installed; Debian's package has no CMake config file. Imath has its halves.
-find_path(ITS_OPENVDB_INCLUDE openvdb/openvdb.h)
-find_library(ITS_OPENVDB_LIBRARY openvdb)
-find_package(Imath QUIET)
-if(ITS_OPENVDB_INCLUDE AND ITS_OPENVDB_LIBRARY AND Imath_FOUND)
-  set_source_files_properties(surface/vdb.cpp PROPERTIES COMPILE_DEFINITIONS ITS_OPENVDB)
-  target_include_directories(its SYSTEM PRIVATE ${ITS_OPENVDB_INCLUDE})
-  target_link_libraries(its PRIVATE ${ITS_OPENVDB_LIBRARY} Imath::Imath)
-endif()
