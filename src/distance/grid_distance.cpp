@@ -18,9 +18,9 @@ namespace its {
 namespace {
 
 constexpr int lanes = 8;
-constexpr int padded_points = 32;                        // 27 points, the last one repeated
+constexpr int padded_points = 32;  // 27 points, the last one repeated
 constexpr std::uint32_t all_points = (1u << group_points) - 1;
-constexpr double open_factor = 2;  // nodes with more than this many half cubes of radius are opened; measured
+constexpr double open_factor = 3;  // nodes with more than this many half cubes of radius are opened; measured
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 ITS_INLINE double larger(double a, double b) {
@@ -66,7 +66,8 @@ struct alignas(64) Packet {
 };
 
 /// distance[i] = from point i to triangle `lane` of the block.
-ITS_CLONES void triangle_distances(const Points& p, const TriangleBlock& t, std::uint64_t lane, double* distance) {
+ITS_CLONES void triangle_distances(const Points& p, const TriangleBlock& t, std::uint64_t lane,
+                                   double* distance) {
     for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_distance(t, lane, p.x[i], p.y[i], p.z[i]));
 }
 
@@ -77,7 +78,8 @@ ITS_CLONES void node_distances(const Points& p, const TriangleTree::Nodes& n, st
 }
 
 /// Improves eight points of the packet by one triangle.
-ITS_INLINE void improve(Packet& packet, int chunk, const TriangleBlock& t, std::uint64_t lane, std::uint64_t id) {
+ITS_INLINE void improve(Packet& packet, int chunk, const TriangleBlock& t, std::uint64_t lane,
+                        std::uint64_t id) {
     for (int i = chunk; i < chunk + lanes; ++i) {
         const double d = squared_distance(t, lane, packet.x[i], packet.y[i], packet.z[i]);
         packet.nearest[i] = d < packet.squared[i] ? id : packet.nearest[i];
@@ -90,7 +92,8 @@ ITS_CLONES void improve_all(Packet& packet, const TriangleBlock& t, std::uint64_
     for (int chunk = 0; chunk < packet.count; chunk += lanes) improve(packet, chunk, t, lane, id);
 }
 
-/// The same, where the triangle can be nearer than what is known, by its distance to the centre less some slack.
+/// The same, where the triangle can be nearer than what is known, by its distance to the centre less some
+/// slack.
 ITS_CLONES void improve_near(Packet& packet, const TriangleBlock& t, std::uint64_t lane, std::uint64_t id,
                              double from_centre) {
     for (int chunk = 0; chunk < packet.count; chunk += lanes) {
@@ -101,6 +104,15 @@ ITS_CLONES void improve_near(Packet& packet, const TriangleBlock& t, std::uint64
         }
         if (largest(excess) > 0) improve(packet, chunk, t, lane, id);
     }
+}
+
+/// How far from the centre anything can be that is nearer to a point of the packet than what is known.
+ITS_CLONES double reach(const Packet& packet) {
+    double far[lanes] = {};
+    for (int chunk = 0; chunk < packet.count; chunk += lanes)
+        for (int i = 0; i < lanes; ++i)
+            far[i] = larger(far[i], std::sqrt(packet.squared[chunk + i]) + packet.from_centre[chunk + i]);
+    return largest(far);
 }
 
 /// Nodes to search from, gathered.
@@ -165,8 +177,10 @@ ITS_CLONES void search(const TriangleTree& tree, const Entries& entries, Packet&
     double squared[lanes];
     Visits visits;
     for (std::uint64_t block = 0; block < entries.blocks(); ++block) {
-        for (int i = 0; i < lanes; ++i) squared[i] = squared_gap(entries.nodes[block], std::uint64_t(i), x, y, z);
-        const std::uint64_t first = block * lanes, count = std::min<std::uint64_t>(lanes, entries.id.size() - first);
+        for (int i = 0; i < lanes; ++i)
+            squared[i] = squared_gap(entries.nodes[block], std::uint64_t(i), x, y, z);
+        const std::uint64_t first = block * lanes,
+                            count = std::min<std::uint64_t>(lanes, entries.id.size() - first);
         for (std::uint64_t i = 0; i < count; ++i)
             if (squared[i] < packet.squared[p])
                 visits.insert(0, {squared[i], entries.id[first + i][0], entries.id[first + i][1]});
@@ -198,8 +212,8 @@ constexpr std::uint32_t corner_points = [] {
     return bits;
 }();
 
-/// The group next to a group on the lower side along the axes in the bits of `direction`, of the same level; what
-/// it shares is the points that are lowest along these axes.
+/// The group next to a group on the lower side along the axes in the bits of `direction`, of the same level;
+/// what it shares is the points that are lowest along these axes.
 struct SharedPoints {
     std::uint32_t bits;
     int count;
@@ -304,7 +318,9 @@ public:
             improve_all(packet_, tree_.block[t / lanes], t % lanes, t);
         }
         entries_.clear();
+        const double farthest = reach(packet_) + slack_;
         for (const Candidate& c : from.candidates) {
+            if (c.distance > farthest) continue;
             if (c.level > 0)
                 entries_.add(tree_.nodes(c.level, c.index), c.level, c.index);
             else if (!from.is_seed(c.index))
@@ -333,8 +349,8 @@ public:
         for (const Candidate& c : inherited(level).candidates) open_node(c.level, c.index, cubes, opened);
     }
 
-    /// Hands to child c's group the nodes of open() that can be nearest to a point of its cube, and what is known
-    /// at the cube's corners.
+    /// Hands to child c's group the nodes of open() that can be nearest to a point of its cube, and what is
+    /// known at the cube's corners.
     void pass_on(int level, std::uint64_t group, int child, std::uint64_t child_group) {
         Inheritance& to = inherited(level - 1);
         to.seeds = 0;
@@ -416,7 +432,8 @@ private:
 
     /// Appends the node, or what it consists of where it is much larger than the cubes, unless it is out of
     /// reach of all.
-    void open_node(std::uint32_t level, std::uint32_t index, const ChildCubes& cubes, std::vector<Opened>& out) {
+    void open_node(std::uint32_t level, std::uint32_t index, const ChildCubes& cubes,
+                   std::vector<Opened>& out) {
         Opened o{level, index, {}};
         if (level == 0)
             triangle_distances(cubes.centre, tree_.block[index / lanes], index % lanes, o.distance);

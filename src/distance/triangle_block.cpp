@@ -30,7 +30,8 @@ WideVec3 unit(const WideVec3& a) {
 /// Some unit vector at right angles to the unit vector v.
 WideVec3 perpendicular(const WideVec3& v) {
     const long double x = std::abs(v.x), y = std::abs(v.y), z = std::abs(v.z);
-    const WideVec3 axis = x <= y && x <= z ? WideVec3{1, 0, 0} : (y <= z ? WideVec3{0, 1, 0} : WideVec3{0, 0, 1});
+    const WideVec3 axis =
+        x <= y && x <= z ? WideVec3{1, 0, 0} : (y <= z ? WideVec3{0, 1, 0} : WideVec3{0, 0, 1});
     return unit(cross(v, axis));
 }
 
@@ -58,8 +59,8 @@ void set_lane(TriangleBlock& t, std::uint64_t lane, const Vec3& p, const Vec3& q
     const WideVec3 ab = wide_difference(b, a), ac = wide_difference(c, a);
     const long double ab_length = std::sqrt(dot(ab, ab));
     const WideVec3 along = ab_length > 0 ? unit(ab) : WideVec3{1, 0, 0};
-    // Rounding of a needle's normal may turn the frame about ab, but leaves it at right angles: c is then off the
-    // plane by 2⁻⁶² of the length at most.
+    // Rounding of a needle's normal may turn the frame about ab, but leaves it at right angles: c is then off
+    // the plane by 2⁻⁶² of the length at most.
     WideVec3 across = unit(cross(cross(ab, ac), along));
     const bool has_area = dot(across, across) > 0;
     if (!has_area) across = perpendicular(along);
@@ -70,11 +71,12 @@ void set_lane(TriangleBlock& t, std::uint64_t lane, const Vec3& p, const Vec3& q
     store(t.across, across);
     store(t.normal, normal);
     t.first[lane] = std::uint8_t(first);
-    // Without area the triangle is ab. As "edges" ac and bc take ab and ba: no point is on the inner side of both.
+    // Without area the triangle is ab. As "edges" ac and bc take ab and ba: no point is on the inner side of
+    // both.
     const long double cu = has_area ? dot(along, ac) : ab_length, cv = has_area ? dot(across, ac) : 0;
     const long double wu = has_area ? cu - ab_length : -ab_length;
-    const auto store_edge = [lane](double(&direction)[2][TriangleBlock::lanes], double(&length)[TriangleBlock::lanes],
-                                   long double u, long double v) {
+    const auto store_edge = [lane](double(&direction)[2][TriangleBlock::lanes],
+                                   double(&length)[TriangleBlock::lanes], long double u, long double v) {
         const long double norm = std::sqrt(u * u + v * v);
         direction[0][lane] = norm > 0 ? double(u / norm) : 1.0;
         direction[1][lane] = norm > 0 ? double(v / norm) : 0.0;
@@ -103,7 +105,8 @@ std::array<double, 3> barycentric_of_nearest(const TriangleBlock& t, std::uint64
     } else {
         struct {
             double on, length, inner;
-        } const edge[3] = {{u, ab, v}, {acu * u + acv * v, t.ac[lane], in_ac}, {bcu * w + bcv * v, t.bc[lane], in_bc}};
+        } const edge[3] = {
+            {u, ab, v}, {acu * u + acv * v, t.ac[lane], in_ac}, {bcu * w + bcv * v, t.bc[lane], in_bc}};
         constexpr int ends[3][2] = {{0, 1}, {0, 2}, {1, 2}};
         double nearest = std::numeric_limits<double>::infinity();
         const int edges = acv > 0 ? 3 : 1;  // a triangle without area is ab

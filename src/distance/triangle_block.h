@@ -18,7 +18,7 @@ struct alignas(64) TriangleBlock {
     /// Unit vectors along ab, in the plane towards c, and normal to it; rounded from extended precision. A
     /// triangle without area has some such frame.
     double along[3][lanes], across[3][lanes], normal[3][lanes];
-    double ab[lanes], ac[lanes], bc[lanes];  ///< lengths
+    double ab[lanes], ac[lanes], bc[lanes];       ///< lengths
     double unit_ac[2][lanes], unit_bc[2][lanes];  ///< directions in the plane
     /// The corner of the mesh's triangle that is a: 0, 1 or 2; b and c follow in cyclic order.
     std::uint8_t first[lanes];

@@ -1,15 +1,13 @@
 #include "distance/triangle_tree.h"
 
-#include <oneapi/tbb/parallel_sort.h>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "base/parallel.h"
 #include "base/rounding.h"
 #include "geometry/vec3.h"
-#include "octree/morton.h"
 
 namespace its {
 
@@ -17,22 +15,58 @@ namespace {
 
 constexpr std::uint64_t grain = 4096;
 
-/// Triangle indices sorted by the Morton code of their centroids on a grid of 2²¹ cells a side.
-std::vector<std::uint32_t> morton_order(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                                        double size) {
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(triangles.size());
-    const double cells = double(1 << 21);
+/// A triangle and its centroid.
+struct Item {
+    float at[3];
+    std::uint32_t triangle;
+};
+
+/// Brings the items before `middle` to one side of a plane, across the longest side of the centroids' bounds.
+void split(Item* begin, Item* middle, Item* end) {
+    float low[3], high[3];
+    for (int axis = 0; axis < 3; ++axis) low[axis] = high[axis] = begin->at[axis];
+    for (const Item* item = begin; item != end; ++item)
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], item->at[axis]);
+            high[axis] = std::max(high[axis], item->at[axis]);
+        }
+    int longest = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
+    std::nth_element(begin, middle, end, [longest](const Item& a, const Item& b) {
+        return a.at[longest] != b.at[longest] ? a.at[longest] < b.at[longest] : a.triangle < b.triangle;
+    });
+}
+
+/// Triangles in the order of a k-d tree whose parts have 8ⁱ triangles, but for the last of each size.
+std::vector<std::uint32_t> spatial_order(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    std::vector<Item> items(triangles.size());
     parallel_for(triangles.size(), grain, [&](std::uint64_t i) {
         const Triangle& t = triangles[i];
-        const Vec3 sum = positions[t[0]] + positions[t[1]] + positions[t[2]];
-        Cell cell;
-        for (int axis = 0; axis < 3; ++axis)
-            cell[axis] = std::uint32_t(std::clamp(sum[axis] / (3 * size) * cells, 0.0, cells - 1));
-        keys[i] = {morton_encode(cell), std::uint32_t(i)};
+        const Vec3 centroid = (1.0 / 3) * (positions[t[0]] + positions[t[1]] + positions[t[2]]);
+        for (int axis = 0; axis < 3; ++axis) items[i].at[axis] = float(centroid[axis]);
+        items[i].triangle = std::uint32_t(i);
     });
-    oneapi::tbb::parallel_sort(keys.begin(), keys.end());
-    std::vector<std::uint32_t> order(keys.size());
-    for (std::size_t i = 0; i < keys.size(); ++i) order[i] = keys[i].second;
+    struct Range {
+        std::uint64_t begin, end;
+    };
+    std::vector<Range> ranges{{0, items.size()}};
+    while (!ranges.empty()) {
+        std::vector<Range> halves(2 * ranges.size());
+        parallel_for(ranges.size(), std::max<std::uint64_t>(ranges.size() / 64, 1), [&](std::uint64_t i) {
+            const Range r = ranges[i];
+            // The largest 8ⁱ below the size, times 4, 2 or 1: then every part of a node of the tree is aligned.
+            const std::uint64_t half = std::bit_ceil(r.end - r.begin) / 2, middle = r.begin + half;
+            if (r.end - r.begin <= TriangleTree::arity) return;
+            split(&items[r.begin], &items[middle], items.data() + r.end);
+            halves[2 * i] = {r.begin, middle};
+            halves[2 * i + 1] = {middle, r.end};
+        });
+        std::erase_if(halves, [](const Range& r) { return r.end - r.begin <= TriangleTree::arity; });
+        ranges = std::move(halves);
+    }
+    std::vector<std::uint32_t> order(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i) order[i] = items[i].triangle;
     return order;
 }
 
@@ -78,8 +112,10 @@ ITS_CLONES void place_disc(const Corners* blocks, std::uint64_t count, Disc& dis
                 high[1][i] = larger(high[1][i], b->y[corner][i]);
                 high[2][i] = larger(high[2][i], b->z[corner][i]);
             }
-            const double ux = b->x[1][i] - b->x[0][i], uy = b->y[1][i] - b->y[0][i], uz = b->z[1][i] - b->z[0][i];
-            const double vx = b->x[2][i] - b->x[0][i], vy = b->y[2][i] - b->y[0][i], vz = b->z[2][i] - b->z[0][i];
+            const double ux = b->x[1][i] - b->x[0][i], uy = b->y[1][i] - b->y[0][i],
+                         uz = b->z[1][i] - b->z[0][i];
+            const double vx = b->x[2][i] - b->x[0][i], vy = b->y[2][i] - b->y[0][i],
+                         vz = b->z[2][i] - b->z[0][i];
             normal[0][i] += uy * vz - uz * vy;
             normal[1][i] += uz * vx - ux * vz;
             normal[2][i] += ux * vy - uy * vx;
@@ -159,7 +195,7 @@ std::vector<TriangleTree::Nodes> make_nodes(const std::vector<Corners>& corners,
 TriangleTree make_triangle_tree(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                                 double size) {
     TriangleTree tree;
-    tree.source = morton_order(positions, triangles, size);
+    tree.source = spatial_order(positions, triangles);
     const std::uint64_t count = triangles.size();
     tree.block.resize((count + TriangleTree::arity - 1) / TriangleTree::arity);
     std::vector<Corners> corners(tree.block.size());

@@ -8,8 +8,8 @@
 #include "distance/triangle_block.h"
 #include "its/mesh.h"
 
-/// Triangles in Morton order under an implicit tree of bounding discs: eight nodes of a level, in order, are the
-/// children of one node of the next.
+/// Triangles in Morton order under an implicit tree of bounding discs: eight nodes of a level, in order, are
+/// the children of one node of the next.
 namespace its {
 
 struct TriangleTree {
@@ -30,25 +30,28 @@ struct TriangleTree {
         double radius[arity], thickness[arity];
     };
 
-    std::vector<TriangleBlock> block;         ///< triangles in Morton order; lanes past the last one repeat it
-    std::vector<std::uint32_t> source;        ///< index in the mesh of each triangle in Morton order
-    std::vector<std::vector<Nodes>> levels;   ///< of level k at k − 1: a node of level 1 is a block; the last
-                                              ///< level has one element
+    std::vector<TriangleBlock> block;        ///< triangles in Morton order; lanes past the last one repeat it
+    std::vector<std::uint32_t> source;       ///< index in the mesh of each triangle in Morton order
+    std::vector<std::vector<Nodes>> levels;  ///< of level k at k − 1: a node of level 1 is a block; the last
+                                             ///< level has one element
 
     std::uint32_t top() const { return std::uint32_t(levels.size()); }
-    const Nodes& nodes(std::uint32_t level, std::uint32_t index) const { return levels[level - 1][index / arity]; }
+    const Nodes& nodes(std::uint32_t level, std::uint32_t index) const {
+        return levels[level - 1][index / arity];
+    }
     /// Of a level: ⌈triangles / 8^level⌉.
     std::uint64_t count(std::uint32_t level) const {
         return (source.size() + (std::uint64_t{1} << 3 * level) - 1) >> 3 * level;
     }
 };
 
-/// The square of a vector's part at right angles to a disc's axis is taken as |v|² − (v·axis)². Both terms and the
-/// axis' length are rounded: this much of |v|² (2⁻⁴⁷ = 64u) outweighs it on either side.
+/// The square of a vector's part at right angles to a disc's axis is taken as |v|² − (v·axis)². Both terms and
+/// the axis' length are rounded: this much of |v|² (2⁻⁴⁷ = 64u) outweighs it on either side.
 inline constexpr double disc_safety = 0x1p-47;
 
 /// Lower bound on the squared distance from p to what is in node `lane`.
-ITS_INLINE double squared_gap(const TriangleTree::Nodes& n, std::uint64_t lane, double px, double py, double pz) {
+ITS_INLINE double squared_gap(const TriangleTree::Nodes& n, std::uint64_t lane, double px, double py,
+                              double pz) {
     const double x = px - n.x[lane], y = py - n.y[lane], z = pz - n.z[lane];
     const auto positive = [](double v) { return v < 0.0 ? 0.0 : v; };
     const double along = x * n.axis_x[lane] + y * n.axis_y[lane] + z * n.axis_z[lane];
