@@ -57,7 +57,7 @@ double own_level(const ShellData& shell, SurfaceSide side) {
 /// The root cube's corners are the farthest from M; the level set is closed within the cube if they are above
 /// the level and no cell at the cube's boundary has a corner below it (which polygonise() sees to).
 void check_inside_root(const ShellData& shell, double level) {
-    const std::vector<double>& values = shell.field.values[std::size_t(shell.lattice.depth)];
+    const Array<double>& values = shell.field.values[std::size_t(shell.lattice.depth)];
     for (int c = 0; c < 8; ++c)
         if (values[std::size_t(group_point(c, c))] < level) refuse_open_level();
 }
@@ -71,7 +71,7 @@ double deepest_value(const ShellData& shell) {
 }
 
 /// A radius that balls inside M have: that of a plate or, too small, of a ball with M's volume and area.
-double typical_radius(const Mesh& mesh) {
+double typical_radius(const MeshArrays& mesh) {
     double area = 0, volume = 0;
     const Vec3 origin = mesh.vertices[mesh.triangles[0][0]];
     for (const Triangle& t : mesh.triangles) {
@@ -133,8 +133,8 @@ void certify(const ShellData& shell, const SurfaceRange& range, SurfaceReport& r
 
 void measure(const ShellData& shell, const Progress& progress, Surface& surface) {
     const Stopwatch watch;
-    surface.report.to_mesh = measure_distance(surface.mesh, shell.mesh, shell.lattice, progress);
-    surface.report.from_mesh = measure_distance(shell.mesh, surface.mesh, shell.lattice, progress);
+    surface.report.to_mesh = measure_distance(view(surface.mesh), view(shell.mesh), progress);
+    surface.report.from_mesh = measure_distance(view(shell.mesh), view(surface.mesh), progress);
     surface.report.seconds_measure = watch.seconds();
 }
 
