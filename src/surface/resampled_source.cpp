@@ -1,5 +1,6 @@
 #include <oneapi/tbb/parallel_sort.h>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "base/parallel.h"
@@ -98,7 +99,20 @@ public:
 
     /// \param p, q, r  in lattice coordinates, as rounded by to_lattice
     void include(const Vec3& p, const Vec3& q, const Vec3& r, Hull& hull, double& error) const {
-        visit({p, q, r}, {0, 0, 0}, shell_.lattice.depth + 1, hull, error);
+        // The smallest octree box that has the triangle's dilated bounds: where the indices of its ends differ.
+        std::array<std::uint32_t, 3> low;
+        std::uint32_t differing = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double least = std::min({p[axis], q[axis], r[axis]}) - margin_,
+                         most = std::max({p[axis], q[axis], r[axis]}) + margin_;
+            const double last = shell_.lattice.cells() - 1.0;
+            low[std::size_t(axis)] = std::uint32_t(std::clamp(std::floor(least), 0.0, last));
+            differing |= low[std::size_t(axis)] ^ std::uint32_t(std::clamp(std::floor(most), 0.0, last));
+        }
+        const int level = std::bit_width(differing);
+        std::array<double, 3> corner;
+        for (std::size_t axis = 0; axis < 3; ++axis) corner[axis] = double(low[axis] >> level << level);
+        visit({p, q, r}, corner, level, hull, error);
     }
 
 private:

@@ -4,7 +4,6 @@
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
@@ -12,6 +11,8 @@
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/Surface_mesh.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace its::judge {
@@ -42,6 +43,16 @@ SurfaceMesh surface_mesh(const Mesh& mesh) {
     return result;
 }
 
+/// From a vertex of the mesh: it may be far from the origin for its size.
+double volume(const Mesh& mesh) {
+    const Kernel::Point_3 origin = point(mesh.vertices[0]);
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles)
+        sum += CGAL::volume(origin, point(mesh.vertices[t[0]]), point(mesh.vertices[t[1]]),
+                            point(mesh.vertices[t[2]]));
+    return sum;
+}
+
 }  // namespace
 
 std::string surface_defects(const Mesh& mesh) {
@@ -54,7 +65,7 @@ std::string surface_defects(const Mesh& mesh) {
     for (const auto face : faces(surface))
         if (pmp::is_degenerate_triangle_face(face, surface)) return "degenerate triangle";
     if (pmp::does_self_intersect(surface)) return "self-intersecting";
-    if (!(pmp::volume(surface) > 0)) return "negative volume";
+    if (!(volume(mesh) > 0)) return "negative volume";
     return "";
 }
 
@@ -90,6 +101,16 @@ std::size_t vertices_not_inside(const Mesh& m, const Mesh& surface) {
     for (std::size_t i = 0; i < used.size(); ++i)
         if (used[i]) outside += side(point(m.vertices[i])) != CGAL::ON_BOUNDED_SIDE;
     return outside;
+}
+
+double distance(const Vec3& p, const Mesh& mesh) {
+    double least = 1e300;
+    for (const Triangle& t : mesh.triangles)
+        least = std::min(
+            least, CGAL::to_double(CGAL::squared_distance(
+                       point(p), Kernel::Triangle_3(point(mesh.vertices[t[0]]), point(mesh.vertices[t[1]]),
+                                                    point(mesh.vertices[t[2]])))));
+    return std::sqrt(least);
 }
 
 }  // namespace its::judge

@@ -22,4 +22,7 @@ inline std::size_t surface_not_inside(const Mesh& surface, const Mesh& m) {
     return vertices_not_inside(surface, m);
 }
 
+/// From a point to the nearest triangle, by looking at all of them.
+double distance(const Vec3& p, const Mesh& mesh);
+
 }  // namespace its::judge
