@@ -20,7 +20,7 @@ constexpr std::uint64_t bytes_per_group = 27 * 8 + 8 + 1 + 2 + 1 + 27 * 4 / 4;
 // offset, code, bounds twice, winding; and a quarter of two of these one level above
 constexpr std::uint64_t bytes_per_cell = 2 * 8 + 2 * 8 + 2 * 4 + 4 + 4;
 constexpr std::uint64_t bytes_per_pair = 4 + 2;    // the list, and a third of it one level above
-constexpr std::uint64_t bytes_per_triangle = 360;  // block, discs, corners, order, positions, the shell's copy
+constexpr std::uint64_t bytes_per_triangle = 240;  // block, discs, order, positions, the shell's copy
 
 constexpr std::uint64_t triangle_grain = 65536;
 constexpr double triangles_per_cell = 4;  // what automatic_depth aims at

@@ -42,6 +42,9 @@ public:
     /// \throws MemoryError if a build of this size exceeds the limit
     void check(const BuildSize& size) const;
 
+    /// \throws MemoryError if a build of the expected size does
+    void check_expected() const { check(estimate_size(mesh_, depth_)); }
+
     /// The numbers found at level `level` + 1, before those of `level` are taken. \throws MemoryError if the
     /// finest level, by the least growth that the mesh lets expect, would exceed the limit.
     void check_level(int level, std::uint64_t cells, std::uint64_t pairs) const;
