@@ -258,9 +258,7 @@ Neighbours neighbours_of_child(const Level& above, const Neighbours& n, unsigned
         const std::uint64_t group = n[direction & ~child];
         const unsigned place = child ^ direction;  // within that group
         const unsigned mask = group == no_group ? 0u : above.mask[group];
-        result[direction] = mask >> place & 1u
-                                ? above.first[group] + std::uint64_t(std::popcount(mask & ((1u << place) - 1)))
-                                : no_group;
+        result[direction] = mask >> place & 1u ? above.first.rank(group, int(place)) : no_group;
     }
     return result;
 }

@@ -24,8 +24,8 @@ long double dot(const WideVec3& a, const WideVec3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 WideVec3 unit(const WideVec3& a) {
-    const long double length = std::sqrt(dot(a, a));
-    return length > 0 ? WideVec3{a.x / length, a.y / length, a.z / length} : WideVec3{0, 0, 0};
+    const long double squared = dot(a, a), scale = squared > 0 ? 1 / std::sqrt(squared) : 0;
+    return {scale * a.x, scale * a.y, scale * a.z};
 }
 /// Some unit vector at right angles to the unit vector v.
 WideVec3 perpendicular(const WideVec3& v) {
@@ -77,9 +77,9 @@ void set_lane(TriangleBlock& t, std::uint64_t lane, const Vec3& p, const Vec3& q
     const long double wu = has_area ? cu - ab_length : -ab_length;
     const auto store_edge = [lane](double(&direction)[2][TriangleBlock::lanes],
                                    double(&length)[TriangleBlock::lanes], long double u, long double v) {
-        const long double norm = std::sqrt(u * u + v * v);
-        direction[0][lane] = norm > 0 ? double(u / norm) : 1.0;
-        direction[1][lane] = norm > 0 ? double(v / norm) : 0.0;
+        const long double norm = std::sqrt(u * u + v * v), scale = norm > 0 ? 1 / norm : 0;
+        direction[0][lane] = norm > 0 ? double(scale * u) : 1.0;
+        direction[1][lane] = double(scale * v);
         length[lane] = double(norm);
     };
     t.ab[lane] = double(ab_length);
