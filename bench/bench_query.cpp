@@ -1,5 +1,5 @@
-// Inside or outside, and f, for uniform points in boxes of 1× to 10× the bounding box, with peers beside ours in
-// the same run. Usage:
+// Inside or outside, and f, for uniform points in boxes of 1× to 10× the bounding box, with peers beside ours
+// in the same run. Usage:
 //   bench_query MESH [--depths=6,7,8,9] [--boxes=1,10] [--threads=1,2] [--peers=0] [Google Benchmark's options]
 // bench/query_table.py prints the results as tables.
 
@@ -126,11 +126,14 @@ double agreement(const std::vector<std::int8_t>& codes, const PointSet& set) {
 using Classify = std::function<void(const PointSet&, std::vector<std::int8_t>&)>;
 
 void add(const std::string& name, const PointSet& set, Classify classify) {
-    benchmark::RegisterBenchmark((name + "/" + set.name).c_str(), [&set, classify](benchmark::State& state) {
-        std::vector<std::int8_t> codes(set.points.size());
-        for (auto _ : state) classify(set, codes);
-        state.counters["agree"] = agreement(codes, set);
-    })->UseRealTime()->Unit(benchmark::kNanosecond);
+    benchmark::RegisterBenchmark((name + "/" + set.name).c_str(),
+                                 [&set, classify](benchmark::State& state) {
+                                     std::vector<std::int8_t> codes(set.points.size());
+                                     for (auto _ : state) classify(set, codes);
+                                     state.counters["agree"] = agreement(codes, set);
+                                 })
+        ->UseRealTime()
+        ->Unit(benchmark::kNanosecond);
 }
 
 /// Cells that meet M, points whose decision needed triangles by local bounds, by the walk, by global bounds.
@@ -161,6 +164,15 @@ void add_statistics(const std::string& name, const PointSet& set, const Query& q
         state.counters["local"] = local / count;
         state.counters["global"] = global / count;
     })->Iterations(1);
+}
+
+void add_index(const Query& query, int depth) {
+    benchmark::RegisterBenchmark(fmt::format("its_index/{}/1/-", depth).c_str(), [&query](
+                                                                                     benchmark::State& state) {
+        for (auto _ : state) benchmark::DoNotOptimize(Query(query.shell()));
+        state.counters["bytes"] = double(query.memory_bytes());
+        state.counters["shell_bytes"] = double(query.shell().info().memory_bytes);
+    })->UseRealTime();
 }
 
 void add_query(const Query& query, const PointSet& set, int depth, const std::vector<int>& threads) {
@@ -209,8 +221,10 @@ int run(int argc, char** argv) {
 
     std::vector<std::unique_ptr<PointSet>> sets;
     for (const int factor : options.boxes)
-        sets.push_back(std::make_unique<PointSet>(PointSet{fmt::format("{}x", factor), box_points(bounds, factor), {}}));
-    sets.push_back(std::make_unique<PointSet>(PointSet{"1x_sorted", sorted(box_points(bounds, 1), info.root), {}}));
+        sets.push_back(
+            std::make_unique<PointSet>(PointSet{fmt::format("{}x", factor), box_points(bounds, factor), {}}));
+    sets.push_back(
+        std::make_unique<PointSet>(PointSet{"1x_sorted", sorted(box_points(bounds, 1), info.root), {}}));
     sets.push_back(std::make_unique<PointSet>(PointSet{"near", near_points(mesh, 1e-3 * info.cell_width), {}}));
 
 #ifdef ITS_BENCH_PEERS
@@ -237,8 +251,10 @@ int run(int argc, char** argv) {
         }
     }
 #endif
-    for (std::size_t i = 0; i < queries.size(); ++i)
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+        add_index(*queries[i], options.depths[i]);
         for (const auto& set : sets) add_query(*queries[i], *set, options.depths[i], options.threads);
+    }
     benchmark::RunSpecifiedBenchmarks();
     return 0;
 }

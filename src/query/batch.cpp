@@ -130,7 +130,8 @@ void classify_block(const QueryIndex& index, const Vec3* points, int count, std:
 struct ValueBlock {
     double x[block_points], y[block_points], z[block_points];  ///< in the grid's cell, [0, 1]
     double away[block_points];                                 ///< distance from the root; NaN for a bad point
-    std::int32_t corner[block_points];                         ///< lowest corner among the grid's values
+    std::uint8_t octant[block_points];
+    std::int32_t corner[block_points];  ///< lowest corner among the grid's values
     std::uint32_t entry[block_points];
 };
 
@@ -151,12 +152,13 @@ ITS_CLONES void map_values(const QueryIndex& index, const Vec3* points, int coun
         block.x[i] = scale * ix - cx;
         block.y[i] = scale * iy - cy;
         block.z[i] = scale * iz - cz;
+        block.octant[i] = std::uint8_t((block.x[i] >= 0.5) + 2 * (block.y[i] >= 0.5) + 4 * (block.z[i] >= 0.5));
         block.corner[i] = (cz * (side + 1) + cy) * (side + 1) + cx;
         block.entry[i] = std::uint32_t((cz * side + cy) * side + cx);
     }
 }
 
-/// f on the grid's cells; not yet right where there is a group or a halo.
+/// f on the grid's cells; not yet right where finer levels reach.
 ITS_CLONES void grid_values(const double* __restrict values, double width, int side, int count,
                             const ValueBlock& block, double* __restrict out) {
     const int row = side + 1, slice = row * row;
@@ -170,12 +172,13 @@ ITS_CLONES void grid_values(const double* __restrict values, double width, int s
     }
 }
 
-/// The numbers of the points at groups and halos; returns how many.
+/// The numbers of the points that finer levels reach; returns how many.
 int finer_points(const std::uint32_t* top, int count, const ValueBlock& block, std::uint32_t* list) {
     int n = 0;
     for (int i = 0; i < count; ++i) {
         list[n] = std::uint32_t(i);
-        n += (top[block.entry[i]] & ~QueryIndex::inside) != 0;
+        const std::uint32_t entry = top[block.entry[i]];
+        n += int(entry >> 31 | (entry >> block.octant[i] & 1));
     }
     return n;
 }

@@ -23,25 +23,13 @@ struct LevelView {
     const double* values = nullptr;
 };
 
-/// A lattice cell that the octree does not subdivide, although hats of the next finer level reach into it from
-/// its neighbours: its 27 points as a group's, so that f is trilinear on each of the eight children, but for
-/// those that have a halo in turn.
-struct Halo {
-    double value[group_points];
-    std::uint32_t next[8];  ///< 1 + index of the child's halo in the level below; 0: none
-};
-
 struct QueryIndex {
     static constexpr int top_bits = 6;  ///< the grid has at most 2^top_bits cells a side
-    /// Halos are made for level t − 1, and for finer levels of at most so many groups. This bounds the index
-    /// and the time to make it, whatever the shell; few points lie at halos of finer levels, and for those
-    /// neighbours are looked up.
-    static constexpr std::uint64_t most_halo_groups = 16384;
-
     // An entry of the grid, for a lattice cell of level `level`:
     static constexpr std::uint32_t subdivided = 1u << 31;  ///< the other bits: its group in level − 1
     static constexpr std::uint32_t inside = 1u << 30;      ///< else: in a leaf, which is on this side,
-    static constexpr std::uint32_t halo = inside - 1;      ///< and 1 + its halo in level − 1, or 0
+    /// and bit o: a grid point of level − 1 is on octant o, so that f is not trilinear there.
+    static constexpr std::uint32_t octants = 0xff;
 
     explicit QueryIndex(const ShellData& shell);
 
@@ -59,9 +47,6 @@ struct QueryIndex {
     std::vector<std::uint32_t> top;  ///< n³ entries, x fastest, and one that is outside, for points of no cell
     std::vector<double> values;      ///< F_t at the (n+1)³ lattice points of level t
     std::array<LevelView, max_depth + 1> levels;
-    int halo_level = 0;  ///< halos are there for the levels from this one to t − 1
-    std::array<std::vector<Halo>, max_depth + 1> halos;          ///< by level of the children
-    std::array<std::vector<std::uint32_t>, max_depth + 1> next;  ///< [k][8·group + child], as Halo::next
 
     std::uint64_t memory_bytes() const;
 
