@@ -42,21 +42,44 @@ bool is_inside(SignRule rule, std::int64_t winding) {
     return rule != SignRule::unsigned_rule && winding >= 1;
 }
 
-/// Signed crossings of the segment from the point to the cell's displaced lowest corner: all triangles that it
-/// can meet are in the cell's list.
+/// Where the segment from a point ends: a corner of its cell, displaced, and its winding number.
+struct Goal {
+    Vec3 corner;
+    std::int64_t winding;
+};
+
+/// The lowest corner, whose winding number is stored. Where all numbers are 0 or 1 the nearest one, which fewer
+/// triangles part from the point, if the sign of its distance tells the number.
+Goal choose_goal(const QueryIndex& index, const SurfacePoint& at, std::uint64_t cell) {
+    const ShellData& shell = index.shell;
+    std::array<std::int64_t, 3> corner = {at.finest[0], at.finest[1], at.finest[2]};
+    if (!shell.sides.winding.empty()) return {shell.lattice.position(corner), shell.sides.winding[cell]};
+    std::int64_t winding = index.levels[0].inside[at.group] >> at.child & 1;
+    const unsigned nearest =
+        unsigned(at.local.x > 0.5) | unsigned(at.local.y > 0.5) << 1 | unsigned(at.local.z > 0.5) << 2;
+    double value[8];
+    corner_values(index.levels[0], at.group, at.child, value);
+    if (shell.info.sign == SignRule::winding && shell.info.solver == Solver::direct && value[nearest] != 0) {
+        winding = value[nearest] < 0 ? 1 : 0;
+        for (unsigned axis = 0; axis < 3; ++axis) corner[axis] += nearest >> axis & 1;
+    }
+    return {shell.lattice.position(corner), winding};
+}
+
+/// Signed crossings of the segment from the point to a displaced corner of the cell: all triangles that it can
+/// meet are in the cell's list.
 Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoint& at, std::uint64_t cell) {
     const ShellData& shell = index.shell;
-    const Vec3 corner = shell.lattice.position({at.finest[0], at.finest[1], at.finest[2]});
-    std::int64_t winding = shell.sides.winding.empty() ? index.levels[0].inside[at.group] >> at.child & 1
-                                                       : shell.sides.winding[cell];
+    const Goal goal = choose_goal(index, at, cell);
+    std::int64_t winding = goal.winding;
     for (std::uint64_t i = shell.surface.offset[cell]; i < shell.surface.offset[cell + 1]; ++i) {
         const Triangle& t = shell.mesh.triangles[shell.surface.triangle[i]];
         const Vec3 &a = shell.mesh.vertices[t[0]], &b = shell.mesh.vertices[t[1]],
                    &c = shell.mesh.vertices[t[2]];
-        if (!boxes_meet(a, b, c, p, corner)) continue;
+        if (!boxes_meet(a, b, c, p, goal.corner)) continue;
         const int side = orient3d(a, b, c, p);
         if (side == 0 && triangle_holds(a, b, c, p)) return Side::on_surface;
-        winding -= displaced_crossing(a, b, c, p, side, corner);
+        winding -= displaced_crossing(a, b, c, p, side, goal.corner);
     }
     return is_inside(shell.info.sign, winding) ? Side::inside : Side::outside;
 }

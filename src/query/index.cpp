@@ -1,6 +1,7 @@
 #include "query/index.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace its {
 
@@ -116,10 +117,10 @@ void grid_corners(const QueryIndex& index, const Cell& finest, double (&value)[8
 }
 
 /// The groups in the eight cells of a level around the corner that is nearest to a point: the one that holds
-/// it, and its neighbours across each set of axes, on the side of the point's octant. no_group: undivided.
+/// it, and its neighbours across each set of axes, on the side of the point's octant.
 struct Around {
-    std::uint64_t group[8];
-    unsigned present = 0;  ///< bit s: group[s] is there
+    std::uint64_t group[8];  ///< 0 where there is none
+    unsigned present = 0;    ///< bit s: group[s] is there
 };
 
 Around around_grid_cell(const QueryIndex& index, const Cell& finest, unsigned octant) {
@@ -134,7 +135,7 @@ Around around_grid_cell(const QueryIndex& index, const Cell& finest, unsigned oc
             place = place * index.side + i;
         }
         const std::uint32_t entry = usable ? index.top[place] : 0;
-        around.group[s] = entry & ~QueryIndex::subdivided;
+        around.group[s] = entry >> 31 ? entry & ~QueryIndex::subdivided : 0;
         around.present |= (entry >> 31) << s;
     }
     return around;
@@ -145,13 +146,12 @@ Around around_grid_cell(const QueryIndex& index, const Cell& finest, unsigned oc
 /// ^ s.
 Around descend(const LevelView& level, const Around& from, unsigned octant, unsigned next) {
     Around around;
-    for (unsigned s = 0; s < 8; ++s) {
+    for (unsigned s = 0; s < 8; ++s) {  // without branches: which of them are there cannot be foreseen
         const unsigned parent = s & ~(octant ^ next), child = octant ^ s;
-        if (!(from.present >> parent & 1)) continue;
         const std::uint64_t group = from.group[parent];
-        if (!(level.mask[group] >> child & 1)) continue;
-        around.group[s] = rank(level, group, child);
-        around.present |= 1u << s;
+        const unsigned there = from.present >> parent & level.mask[group] >> child & 1;
+        around.group[s] = there ? rank(level, group, child) : 0;
+        around.present |= there << s;
     }
     return around;
 }
@@ -177,6 +177,15 @@ constexpr unsigned point_in_neighbour(unsigned octant, unsigned c, unsigned s) {
     return point;
 }
 
+constexpr auto points = [] {
+    std::array<std::array<std::array<std::uint8_t, 8>, 8>, 8> table{};
+    for (unsigned octant = 0; octant < 8; ++octant)
+        for (unsigned c = 0; c < 8; ++c)
+            for (unsigned s = 0; s < 8; ++s)
+                table[octant][c][s] = std::uint8_t(point_in_neighbour(octant, c, s));
+    return table;
+}();
+
 /// Corner values of the next finer level in an octant of an undivided cell. A corner is on the cell's boundary
 /// along the axes where it is on the octant's side, and a grid point if a neighbour across some of these is
 /// divided; there are no grid points elsewhere.
@@ -186,9 +195,9 @@ void refine(const LevelView& finer, const Around& around, unsigned octant, doubl
     constexpr std::array<unsigned, 8> subsets = {0, 0x02, 0x04, 0x0e, 0x10, 0x32, 0x54, 0xfe};
     for (unsigned c = 0; c < 8; ++c) {
         const unsigned known = around.present & subsets[~(c ^ octant) & 7];
-        if (known == 0) continue;
-        const auto s = unsigned(std::countr_zero(known));
-        value[c] = finer.values[group_points * around.group[s] + point_in_neighbour(octant, c, s)];
+        const unsigned s = unsigned(std::countr_zero(known | 0x100)) & 7;
+        const double* const place = finer.values + group_points * around.group[s] + points[octant][c][s];
+        value[c] = *(known != 0 ? place : &value[c]);
     }
 }
 
@@ -220,18 +229,25 @@ Patch find_patch(const QueryIndex& index, const Cell& finest) {
     const bool divided = entry & QueryIndex::subdivided;
     if (!divided) grid_corners(index, finest, patch.value);
     if (divided || entry >> octant & 1) {
+        const double* group = nullptr;  // the values of the last group, while it is not known to be the last
+        unsigned child = 0;
         Around around = around_grid_cell(index, finest, octant);
         while (around.present != 0) {
             const LevelView& finer = index.levels[std::size_t(--level)];
-            if (around.present & 1)
-                corner_values(finer, around.group[0], octant, patch.value);
-            else
+            if (around.present & 1) {
+                group = finer.values + group_points * around.group[0];
+                child = octant;
+            } else {
+                if (group) corner_values(group, child, patch.value);
+                group = nullptr;
                 refine(finer, around, octant, patch.value);
+            }
             if (level == 0) break;
             const unsigned next = child_at(finest, level - 1);
             around = descend(finer, around, octant, next);
             octant = next;
         }
+        if (group) corner_values(group, child, patch.value);
     }
     patch.level = level;
     for (std::size_t axis = 0; axis < 3; ++axis) patch.cell[axis] = finest[axis] >> level;

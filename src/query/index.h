@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -93,10 +92,16 @@ struct Place {
     bool marked;  ///< of level 0 and meets M; else a leaf without M
 };
 
+/// Set bits of a byte, from those of its halves: the baseline instruction set has no instruction for it.
+ITS_INLINE unsigned bit_count(unsigned byte) {
+    constexpr std::uint64_t of_four_bits = 0x4332322132212110;  // four bits of it for each
+    return unsigned((of_four_bits >> 4 * (byte & 15)) & 15) + unsigned((of_four_bits >> 4 * (byte >> 4)) & 15);
+}
+
 /// Number of mask bits before the child: its group in the level below, or its number as a surface cell.
 ITS_INLINE std::uint64_t rank(const LevelView& level, std::uint64_t group, unsigned child) {
     const unsigned before = level.mask[group] & ((1u << child) - 1);
-    return level.first[group] + std::uint64_t(std::popcount(before));
+    return level.first[group] + bit_count(before);
 }
 
 /// From a group of level − 1 down to the leaf that holds a finest cell.
