@@ -34,7 +34,8 @@ struct QueryIndex;  // private to the library
 
 /// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
 /// milliseconds whatever the size of the shell. All members may be called from any number of threads; those
-/// for one point allocate nothing.
+/// for one point allocate nothing (but where a coordinate that is not 0 is below 1e-90 in magnitude: exact
+/// predicates then may).
 class Query {
 public:
     explicit Query(ThinShell shell);
