@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/array.h"
 #include "octree/octree.h"
 
 namespace its {
@@ -12,16 +13,17 @@ namespace its {
 /// no finer ones and does not meet M is on that side.
 struct CellSides {
     /// inside[k][group]: bit c: child c. All 0 where the rule has no inside.
-    std::vector<std::vector<std::uint8_t>> inside;
+    std::vector<Array<std::uint8_t>> inside;
     /// The winding number of each surface cell; empty where those of all grid points of level 0 are 0 or 1:
     /// then the bits say it.
-    std::vector<std::int32_t> winding;
+    Array<std::int32_t> winding;
 };
 
 /// The sides under a rule that has no inside.
 inline CellSides no_inside(const Octree& octree) {
     CellSides sides;
-    for (const Level& level : octree.levels) sides.inside.emplace_back(level.groups(), std::uint8_t{0});
+    for (const Level& level : octree.levels)
+        sides.inside.emplace_back(std::vector<std::uint8_t>(level.groups()));
     return sides;
 }
 

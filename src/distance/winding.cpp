@@ -93,11 +93,12 @@ void WindingLines::winding(std::int64_t x, std::int64_t y, std::int64_t z, std::
 
 CellSides apply_signs(const Octree& octree, const WindingLines& lines,
                       std::vector<std::vector<double>>& distance) {
-    CellSides sides = no_inside(octree);
-    sides.winding.resize(octree.surface_cells());
+    CellSides sides;
+    std::vector<std::int32_t> cell_winding(octree.surface_cells());
     std::atomic<bool> only_bits = true;
     for (int level = 0; level <= octree.depth; ++level) {
         const std::int64_t step = std::int64_t{1} << level;
+        std::vector<std::uint8_t> inside(octree.levels[level].groups());
         parallel_for(octree.levels[level].groups(), group_grain, [&](std::uint64_t group) {
             const Cell at = morton_decode(octree.levels[level].parent[group]);
             double* const d = &distance[level][group_points * group];
@@ -114,17 +115,18 @@ CellSides apply_signs(const Octree& octree, const WindingLines& lines,
                 if (row % 3 < 2 && row / 3 < 2) std::copy_n(winding, 2, corner + 2 * (row % 3) + 4 * (row / 3));
             }
             for (int c = 0; c < 8; ++c)
-                if (corner[c] >= 1) sides.inside[level][group] |= std::uint8_t(1u << c);
+                if (corner[c] >= 1) inside[group] |= std::uint8_t(1u << c);
             if (level > 0) return;
             if (!only_bits_here) only_bits.store(false, std::memory_order_relaxed);
             const Level& finest = octree.levels[0];
             std::uint64_t cell = finest.first[group];
             for (unsigned left = finest.mask[group]; left != 0; left &= left - 1) {
-                sides.winding[cell++] = corner[std::countr_zero(left)];
+                cell_winding[cell++] = corner[std::countr_zero(left)];
             }
         });
+        sides.inside.emplace_back(std::move(inside));
     }
-    if (only_bits) sides.winding = {};
+    if (!only_bits) sides.winding = std::move(cell_winding);
     return sides;
 }
 

@@ -36,7 +36,7 @@ struct Survivors {
     std::uint64_t group[block_points];
 };
 
-Cell cell_of(const Block& block, std::uint32_t i) {
+ITS_INLINE Cell cell_of(const Block& block, std::uint32_t i) {
     return finest_cell({block.x[i], block.y[i], block.z[i]});
 }
 
@@ -80,7 +80,8 @@ void keep_subdivided(const Block& block, int count, Survivors& left) {
 }
 
 /// One level down: the codes are right for points in leaves of this level, the others stay.
-void descend_level(const LevelView& view, int level, const Block& block, std::int8_t* out, Survivors& left) {
+ITS_CLONES void descend_level(const LevelView& view, int level, const Block& block, std::int8_t* out,
+                              Survivors& left) {
     int n = 0;
     for (int k = 0; k < left.count; ++k) {
         const std::uint32_t i = left.point[k];

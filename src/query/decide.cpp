@@ -72,8 +72,8 @@ Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoin
     const ShellData& shell = index.shell;
     const Goal goal = choose_goal(index, at, cell);
     std::int64_t winding = goal.winding;
-    for (std::uint64_t i = shell.surface.offset[cell]; i < shell.surface.offset[cell + 1]; ++i) {
-        const Triangle& t = shell.mesh.triangles[shell.surface.triangle[i]];
+    for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
+        const Triangle& t = shell.mesh.triangles[number];
         const Vec3 &a = shell.mesh.vertices[t[0]], &b = shell.mesh.vertices[t[1]],
                    &c = shell.mesh.vertices[t[2]];
         if (!boxes_meet(a, b, c, p, goal.corner)) continue;

@@ -107,7 +107,7 @@ std::vector<std::uint32_t> make_top(QueryIndex& index) {
 }
 
 /// The values at the corners of the grid's cell that holds `finest`.
-void grid_corners(const QueryIndex& index, const Cell& finest, double (&value)[8]) {
+ITS_INLINE void grid_corners(const QueryIndex& index, const Cell& finest, double (&value)[8]) {
     const std::uint64_t row = index.side + 1;
     const std::uint64_t lowest =
         (std::uint64_t{finest[2] >> index.level} * row + (finest[1] >> index.level)) * row +
@@ -123,7 +123,7 @@ struct Around {
     unsigned present = 0;    ///< bit s: group[s] is there
 };
 
-Around around_grid_cell(const QueryIndex& index, const Cell& finest, unsigned octant) {
+ITS_INLINE Around around_grid_cell(const QueryIndex& index, const Cell& finest, unsigned octant) {
     Around around;
     for (unsigned s = 0; s < 8; ++s) {
         std::uint64_t place = 0;
@@ -144,7 +144,7 @@ Around around_grid_cell(const QueryIndex& index, const Cell& finest, unsigned oc
 /// The same one level down, around the corner of the point's octant `next` in the octant. A neighbour across
 /// axes s is in the neighbour across those of s along which `next` is on the octant's side; it is child octant
 /// ^ s.
-Around descend(const LevelView& level, const Around& from, unsigned octant, unsigned next) {
+ITS_INLINE Around descend(const LevelView& level, const Around& from, unsigned octant, unsigned next) {
     Around around;
     for (unsigned s = 0; s < 8; ++s) {  // without branches: which of them are there cannot be foreseen
         const unsigned parent = s & ~(octant ^ next), child = octant ^ s;
@@ -157,7 +157,7 @@ Around descend(const LevelView& level, const Around& from, unsigned octant, unsi
 }
 
 /// Corner values of an octant, from those of the whole.
-void halve(unsigned octant, double (&value)[8]) {
+ITS_INLINE void halve(unsigned octant, double (&value)[8]) {
     for (unsigned bit = 1; bit < 8; bit <<= 1)
         for (unsigned i = 0; i < 8; ++i) {
             if (i & bit) continue;
@@ -189,7 +189,7 @@ constexpr auto points = [] {
 /// Corner values of the next finer level in an octant of an undivided cell. A corner is on the cell's boundary
 /// along the axes where it is on the octant's side, and a grid point if a neighbour across some of these is
 /// divided; there are no grid points elsewhere.
-void refine(const LevelView& finer, const Around& around, unsigned octant, double (&value)[8]) {
+ITS_INLINE void refine(const LevelView& finer, const Around& around, unsigned octant, double (&value)[8]) {
     halve(octant, value);
     // Bit s of [outer]: s is a set of axes of which all are in outer.
     constexpr std::array<unsigned, 8> subsets = {0, 0x02, 0x04, 0x0e, 0x10, 0x32, 0x54, 0xfe};
@@ -212,7 +212,7 @@ QueryIndex::QueryIndex(const ShellData& data)
       side(data.lattice.cells() >> level) {
     for (std::size_t k = 0; k < data.octree.levels.size(); ++k)
         levels[k] = {data.octree.levels[k].mask.data(), data.sides.inside[k].data(),
-                     data.octree.levels[k].first.data(), data.field.values[k].data()};
+                     data.octree.levels[k].first.words(), data.field.values[k].data()};
     top = make_top(*this);
     values = coarse_values(*this);
 }
@@ -221,7 +221,7 @@ std::uint64_t QueryIndex::memory_bytes() const {
     return sizeof(*this) + top.size() * sizeof(top[0]) + values.size() * sizeof(values[0]);
 }
 
-Patch find_patch(const QueryIndex& index, const Cell& finest) {
+ITS_CLONES Patch find_patch(const QueryIndex& index, const Cell& finest) {
     Patch patch;
     int level = index.level;
     unsigned octant = child_at(finest, level - 1);

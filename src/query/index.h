@@ -18,7 +18,7 @@ namespace its {
 struct LevelView {
     const std::uint8_t* mask = nullptr;
     const std::uint8_t* inside = nullptr;
-    const std::uint64_t* first = nullptr;
+    const Ranks::Word* ranks = nullptr;
     const double* values = nullptr;
 };
 
@@ -92,20 +92,13 @@ struct Place {
     bool marked;  ///< of level 0 and meets M; else a leaf without M
 };
 
-/// Set bits of a byte, from those of its halves: the baseline instruction set has no instruction for it.
-ITS_INLINE unsigned bit_count(unsigned byte) {
-    constexpr std::uint64_t of_four_bits = 0x4332322132212110;  // four bits of it for each
-    return unsigned((of_four_bits >> 4 * (byte & 15)) & 15) + unsigned((of_four_bits >> 4 * (byte >> 4)) & 15);
-}
-
 /// Number of mask bits before the child: its group in the level below, or its number as a surface cell.
 ITS_INLINE std::uint64_t rank(const LevelView& level, std::uint64_t group, unsigned child) {
-    const unsigned before = level.mask[group] & ((1u << child) - 1);
-    return level.first[group] + bit_count(before);
+    return level.ranks[group / 8].rank(group, int(child));
 }
 
 /// From a group of level − 1 down to the leaf that holds a finest cell.
-inline Place descend(const LevelView* levels, std::uint64_t group, int level, const Cell& finest) {
+ITS_INLINE Place descend(const LevelView* levels, std::uint64_t group, int level, const Cell& finest) {
     Place at{group, child_at(finest, level), level, false};
     while (levels[at.level].mask[at.group] >> at.child & 1) {
         if (at.level == 0) {
@@ -118,7 +111,7 @@ inline Place descend(const LevelView* levels, std::uint64_t group, int level, co
     return at;
 }
 
-inline bool inside_bit(const LevelView* levels, const Place& at) {
+ITS_INLINE bool inside_bit(const LevelView* levels, const Place& at) {
     return levels[at.level].inside[at.group] >> at.child & 1;
 }
 

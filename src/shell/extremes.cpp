@@ -66,12 +66,8 @@ public:
     }
 
     CellView view(std::uint64_t cell) const {
-        const auto& first = level().first;
-        const auto group =
-            std::uint64_t(std::upper_bound(first.begin(), first.end(), cell) - first.begin() - 1);
-        unsigned mask = level().mask[group];
-        for (std::uint64_t skip = cell - first[group]; skip > 0; --skip) mask &= mask - 1;
-        return view(group, std::countr_zero(mask), cell);
+        const CellPlace place = octree_.surface_place(cell);
+        return view(place.group, place.child, cell);
     }
 
     /// fn(polygon) for each triangle's part in the cell, local coordinates.
