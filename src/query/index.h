@@ -92,9 +92,19 @@ struct Place {
     bool marked;  ///< of level 0 and meets M; else a leaf without M
 };
 
+/// Set bits. Written out, since the baseline instruction set would take a call; compilers know this form and
+/// replace it where there is an instruction.
+ITS_INLINE std::uint64_t bit_count(std::uint64_t v) {
+    v -= v >> 1 & 0x5555555555555555;
+    v = (v & 0x3333333333333333) + (v >> 2 & 0x3333333333333333);
+    v = (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0f;
+    return v * 0x0101010101010101 >> 56;
+}
+
 /// Number of mask bits before the child: its group in the level below, or its number as a surface cell.
 ITS_INLINE std::uint64_t rank(const LevelView& level, std::uint64_t group, unsigned child) {
-    return level.ranks[group / 8].rank(group, int(child));
+    const Ranks::Word& word = level.ranks[group / 8];
+    return word.before + bit_count(word.masks & ((std::uint64_t{1} << (8 * (group % 8) + child)) - 1));
 }
 
 /// From a group of level − 1 down to the leaf that holds a finest cell.
