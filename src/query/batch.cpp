@@ -99,7 +99,7 @@ ITS_CLONES void descend_level(const LevelView& view, int level, const Block& blo
 void decide_survivors(const QueryIndex& index, const Vec3* points, const Block& block, const Survivors& left,
                       std::int8_t* out) {
     const ShellInfo& info = index.shell.info;
-    const bool by_sign = info.sign == SignRule::winding && info.solver == Solver::direct;
+    const bool by_sign = info.sign != SignRule::unsigned_rule && info.solver == Solver::direct;
     for (int k = 0; k < left.count; ++k) {
         const std::uint32_t i = left.point[k];
         const Cell finest = cell_of(block, i);
@@ -193,6 +193,21 @@ void value_block(const QueryIndex& index, const Vec3* points, int count, double*
     for (int k = 0; k < finer; ++k) out[list[k]] = field_value(index, points[list[k]]);
 }
 
+/// Under rules whose sides are not constant off M.
+void sign_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
+    double f[block_points];
+    value_block(index, points, count, f);
+    for (int i = 0; i < count; ++i)
+        out[i] = std::isnan(f[i]) ? not_finite : std::int8_t(side_by_sign_of_field(index, points[i], f[i]));
+}
+
+void sides_of_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
+    if (constant_off_surface(index.shell.info.sign))
+        classify_block(index, points, count, out);
+    else
+        sign_block(index, points, count, out);
+}
+
 void check_sizes(std::size_t points, std::size_t out) {
     if (points != out)
         throw OptionError(fmt::format("batch of {} points: there is room for {} results", points, out));
@@ -222,7 +237,7 @@ void Query::classify(std::span<const Vec3> points, std::span<std::int8_t> out,
                      const BatchOptions& options) const {
     check_sizes(points.size(), out.size());
     for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
-        classify_block(*index_, points.data() + begin, count, out.data() + begin);
+        sides_of_block(*index_, points.data() + begin, count, out.data() + begin);
     });
 }
 
@@ -260,7 +275,7 @@ void Query::signed_distance_bound(std::span<const Vec3> points, std::span<Interv
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
         std::int8_t code[block_points];
-        classify_block(*index_, points.data() + begin, count, code);
+        sides_of_block(*index_, points.data() + begin, count, code);
         for (int i = 0; i < count; ++i) {
             const Vec3& p = points[begin + std::uint64_t(i)];
             out[begin + std::uint64_t(i)] =

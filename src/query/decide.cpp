@@ -59,7 +59,8 @@ Goal choose_goal(const QueryIndex& index, const SurfacePoint& at, std::uint64_t 
         unsigned(at.local.x > 0.5) | unsigned(at.local.y > 0.5) << 1 | unsigned(at.local.z > 0.5) << 2;
     double value[8];
     corner_values(index.levels[0], at.group, at.child, value);
-    if (shell.info.sign == SignRule::winding && shell.info.solver == Solver::direct && value[nearest] != 0) {
+    if (shell.info.sign != SignRule::unsigned_rule && shell.info.solver == Solver::direct &&
+        value[nearest] != 0) {
         winding = value[nearest] < 0 ? 1 : 0;
         for (unsigned axis = 0; axis < 3; ++axis) corner[axis] += nearest >> axis & 1;
     }
@@ -84,7 +85,28 @@ Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoin
     return is_inside(shell.info.sign, winding) ? Side::inside : Side::outside;
 }
 
+/// Whether a triangle holds the point, exactly.
+bool on_surface(const QueryIndex& index, const Vec3& p) {
+    const Vec3 u = index.to_lattice(p);
+    if (!index.in_root(u)) return false;
+    const ShellData& shell = index.shell;
+    const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest_cell(u));
+    if (!at.marked) return false;
+    for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
+        const Triangle& t = shell.mesh.triangles[number];
+        if (triangle_holds(shell.mesh.vertices[t[0]], shell.mesh.vertices[t[1]], shell.mesh.vertices[t[2]], p))
+            return true;
+    }
+    return false;
+}
+
 }  // namespace
+
+Side side_by_sign_of_field(const QueryIndex& index, const Vec3& point, double f) {
+    const ShellInfo& info = index.shell.info;  // f is in [ε₁, ε₂] on M
+    if (f >= info.epsilon_inner && f <= info.epsilon_outer && on_surface(index, point)) return Side::on_surface;
+    return f < 0 ? Side::inside : Side::outside;
+}
 
 Side decide(const QueryIndex& index, const Vec3& point, const SurfacePoint& at) {
     const std::uint64_t cell = rank(index.levels[0], at.group, at.child);

@@ -149,9 +149,11 @@ ITS_INLINE Around descend(const LevelView& level, const Around& from, unsigned o
     for (unsigned s = 0; s < 8; ++s) {  // without branches: which of them are there cannot be foreseen
         const unsigned parent = s & ~(octant ^ next), child = octant ^ s;
         const std::uint64_t group = from.group[parent];
-        const unsigned there = from.present >> parent & level.mask[group] >> child & 1;
-        around.group[s] = there ? rank(level, group, child) : 0;
-        around.present |= there << s;
+        const Ranks::Word& word = level.ranks[group / 8];
+        const std::uint64_t bit = std::uint64_t{1} << (8 * (group % 8) + child);
+        const std::uint64_t there = (word.masks & bit ? 1 : 0) & from.present >> parent;
+        around.group[s] = there ? word.before + bit_count(word.masks & (bit - 1)) : 0;
+        around.present |= unsigned(there) << s;
     }
     return around;
 }
@@ -227,6 +229,12 @@ ITS_CLONES Patch find_patch(const QueryIndex& index, const Cell& finest) {
     unsigned octant = child_at(finest, level - 1);
     const std::uint32_t entry = index.top[index.top_index(finest)];
     const bool divided = entry & QueryIndex::subdivided;
+    if (divided && level == 1) {  // a finest cell: no finer hats, no need to look around
+        corner_values(index.levels[0], entry & ~QueryIndex::subdivided, octant, patch.value);
+        patch.level = 0;
+        patch.cell = finest;
+        return patch;
+    }
     if (!divided) grid_corners(index, finest, patch.value);
     if (divided || entry >> octant & 1) {
         const double* group = nullptr;  // the values of the last group, while it is not known to be the last

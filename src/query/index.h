@@ -53,7 +53,7 @@ struct QueryIndex {
     Vec3 to_lattice(const Vec3& p) const {
         return {(p.x - origin.x) / width, (p.y - origin.y) / width, (p.z - origin.z) / width};
     }
-    /// False for NaN. M keeps an eighth of s away from the root's boundary: outside is outside.
+    /// False for NaN. M keeps 3/8·s away from the root's boundary: outside is outside.
     bool in_root(const Vec3& u) const {
         return (u.x >= 0) & (u.x < cells) & (u.y >= 0) & (u.y < cells) & (u.z >= 0) & (u.z < cells);
     }
