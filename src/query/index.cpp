@@ -151,8 +151,8 @@ ITS_INLINE Around descend(const LevelView& level, const Around& from, unsigned o
         const std::uint64_t group = from.group[parent];
         const Ranks::Word& word = level.ranks[group / 8];
         const std::uint64_t bit = std::uint64_t{1} << (8 * (group % 8) + child);
-        const std::uint64_t there = (word.masks & bit ? 1 : 0) & from.present >> parent;
-        around.group[s] = there ? word.before + bit_count(word.masks & (bit - 1)) : 0;
+        const std::uint64_t there = word.masks >> (8 * (group % 8) + child) & from.present >> parent & 1;
+        around.group[s] = (0 - there) & (word.before + bit_count(word.masks & (bit - 1)));
         around.present |= unsigned(there) << s;
     }
     return around;
@@ -163,9 +163,10 @@ ITS_INLINE void halve(unsigned octant, double (&value)[8]) {
     for (unsigned bit = 1; bit < 8; bit <<= 1)
         for (unsigned i = 0; i < 8; ++i) {
             if (i & bit) continue;
-            const double low = value[i], high = value[i | bit], middle = 0.5 * (low + high);
-            value[i] = octant & bit ? middle : low;
-            value[i | bit] = octant & bit ? high : middle;
+            const double along[3] = {value[i], 0.5 * (value[i] + value[i | bit]), value[i | bit]};
+            const unsigned upper = octant & bit ? 1 : 0;
+            value[i] = along[upper];
+            value[i | bit] = along[upper + 1];
         }
 }
 
@@ -198,8 +199,9 @@ ITS_INLINE void refine(const LevelView& finer, const Around& around, unsigned oc
     for (unsigned c = 0; c < 8; ++c) {
         const unsigned known = around.present & subsets[~(c ^ octant) & 7];
         const unsigned s = unsigned(std::countr_zero(known | 0x100)) & 7;
-        const double* const place = finer.values + group_points * around.group[s] + points[octant][c][s];
-        value[c] = *(known != 0 ? place : &value[c]);
+        const double either[2] = {value[c],
+                                  finer.values[group_points * around.group[s] + points[octant][c][s]]};
+        value[c] = either[known != 0];
     }
 }
 
