@@ -71,6 +71,58 @@ TEST_F(Commands, BuildJson) {
     EXPECT_EQ(built["file_bytes"], std::filesystem::file_size(shell));
 }
 
+TEST_F(Commands, AnUnchangedBuildDoesNothing) {
+    const json built = run_json({"build", mesh, "-o", shell, "--depth", "5"});
+    EXPECT_EQ(built["unchanged"], false);
+    const auto written = std::filesystem::last_write_time(shell);
+    json again = run_json({"build", mesh, "-o", shell, "--depth", "5", "--threads", "1"});
+    EXPECT_EQ(again["unchanged"], true);
+    EXPECT_EQ(again["seconds"]["total"], 0);
+    EXPECT_EQ(std::filesystem::last_write_time(shell), written);
+    for (json object : {built, again}) object.erase("seconds"), object.erase("unchanged");
+    again["unchanged"] = built["unchanged"];
+    again["seconds"] = built["seconds"];
+    EXPECT_EQ(again, built);
+    const Result text = run({"build", mesh, "-o", shell, "--depth", "5"});
+    EXPECT_EQ(text.status, 0);
+    EXPECT_THAT(text.out, HasSubstr("Unchanged"));
+
+    EXPECT_EQ(run_json({"build", mesh, "-o", shell, "--depth", "5", "--force"})["unchanged"], false);
+    EXPECT_NE(std::filesystem::last_write_time(shell), written);
+}
+
+TEST_F(Commands, AnyChangeIsBuilt) {
+    const std::string other = shop.add("other.obj", zoo::sphere({1, 2, 3}, 2.0000001, 3));
+    const std::vector<std::vector<std::string>> builds = {
+        {mesh, "--depth", "4"},
+        {mesh, "--depth", "3"},
+        {mesh, "--depth", "3", "--sign", "unsigned"},
+        {mesh, "--depth", "3", "--sign", "unsigned", "--extrema", "candidates"},
+        {mesh, "--depth", "3", "--sign", "unsigned", "--solver", "lscg"},
+        {other, "--depth", "3", "--sign", "unsigned", "--solver", "lscg"},
+        {mesh, "--depth", "auto"},
+        {mesh, "--depth", "auto", "--max-memory", "1G"},
+    };
+    for (std::vector<std::string> arguments : builds) {
+        arguments.insert(arguments.begin(), "build");
+        arguments.insert(arguments.end(), {"-o", shell});
+        EXPECT_EQ(run_json(arguments)["unchanged"], false) << testing::PrintToString(arguments);
+        EXPECT_EQ(run_json(arguments)["unchanged"], true) << testing::PrintToString(arguments);
+    }
+}
+
+TEST_F(Commands, ABrokenShellIsBuiltAgain) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string good = content(shell);
+    for (std::size_t at = 0; at < good.size(); at += good.size() / 40) {
+        std::string bad = good;
+        bad[at] = char(bad[at] ^ 4);
+        std::ofstream(shell, std::ios::binary) << (at % 3 ? bad : bad.substr(0, at));
+        EXPECT_EQ(run_json({"build", mesh, "-o", shell, "--depth", "3"})["unchanged"], false) << at;
+        EXPECT_EQ(content(shell), good);
+    }
+}
+
 TEST_F(Commands, InfoSaysWhatBuildSaid) {
     const json built = run_json({"build", mesh, "-o", shell, "--depth", "4", "--sign", "unsigned"});
     const json info = run_json({"info", shell});
