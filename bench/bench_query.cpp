@@ -16,7 +16,7 @@
 #include <random>
 #include <sstream>
 
-#include "its/closest_point.h"
+#include "its/distance.h"
 #include "its/query.h"
 #include "its/shell.h"
 #include "query/decide.h"

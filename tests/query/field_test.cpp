@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "geometry/vec3.h"
-#include "its/closest_point.h"
+#include "its/distance.h"
 #include "query/index.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
