@@ -111,6 +111,57 @@ TEST_F(Commands, AnyChangeIsBuilt) {
     }
 }
 
+/// The ball has radius 2 around (1, 2, 3).
+TEST_F(Commands, QueryWritesCodes) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "5"}).status, 0);
+    const std::string points = shop.add("points.csv", "x,y,z\n1,2,3\n1,2,5\n9,9,9\nnan,0,0\n");
+    const std::string codes = shop.path("codes.npy"), table = shop.path("table.csv");
+    const json asked = run_json({"query", shell, points, "-o", codes});
+    EXPECT_EQ(asked["points"], 4);
+    EXPECT_EQ(asked["counts"], json({{"inside", 1}, {"on_surface", 1}, {"outside", 1}, {"not_finite", 1}}));
+    EXPECT_GE(asked["seconds"]["query"].get<double>(), 0);
+    EXPECT_EQ(content(codes).substr(128), std::string("\xff\x00\x01\x02", 4));
+    EXPECT_THAT(content(codes), HasSubstr("|i1"));
+
+    ASSERT_EQ(
+        run({"query", shell, points, "-o", table, "--value", "--gradient", "--closest", "--quick"}).status, 0);
+    std::istringstream lines(content(table));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(
+        line,
+        "x,y,z,code,value,gradient_x,gradient_y,gradient_z,closest_x,closest_y,closest_z,distance,triangle");
+    std::getline(lines, line);
+    EXPECT_THAT(line, StartsWith("1,2,3,-1,-1.9"));
+    std::getline(lines, line);
+    EXPECT_THAT(line, StartsWith("1,2,5,0,"));
+    std::getline(lines, line);
+    EXPECT_THAT(line, StartsWith("9,9,9,1,"));
+    std::getline(lines, line);
+    EXPECT_EQ(line, "nan,0,0,2,nan,nan,nan,nan,nan,nan,nan,nan,-1");
+
+    const json thick = run_json({"query", shell, points, "-o", codes, "--mode", "shell"});
+    EXPECT_EQ(thick["counts"], json({{"inside", 1}, {"on_shell", 1}, {"outside", 1}, {"not_finite", 1}}));
+}
+
+TEST_F(Commands, QueryRefusesBadPoints) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string bad = shop.add("bad.xyz", "1 2 3\n1 2\n"), out = shop.path("out.npy");
+    const auto expect_error = [&](const std::vector<std::string>& arguments, const std::string& part) {
+        const Result result = run(arguments);
+        EXPECT_EQ(result.status, 2);
+        EXPECT_THAT(result.error, StartsWith("its: error: "));
+        EXPECT_THAT(result.error, HasSubstr(part));
+        EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1);
+        EXPECT_FALSE(std::filesystem::exists(out));
+    };
+    expect_error({"query", shell, bad, "-o", out}, "bad.xyz: line 2: three numbers");
+    expect_error({"query", shell, mesh, "-o", out}, ".npy, .csv, .xyz and .ply");
+    expect_error({"query", shell, bad, "-o", shop.path("out.txt")}, ".npy, .csv, .xyz and .ply");
+    expect_error({"query", mesh, bad, "-o", out}, "ball.obj");
+    expect_error({"query", shell, shop.path("missing.npy"), "-o", out}, "missing.npy");
+}
+
 TEST_F(Commands, ABrokenShellIsBuiltAgain) {
     ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
     const std::string good = content(shell);
