@@ -12,7 +12,7 @@ target_link_libraries(its PRIVATE nlohmann_json::nlohmann_json ${ITS_LIB3MF_LIBR
 find_package(Boost 1.74 REQUIRED)
 target_link_libraries(its PRIVATE Boost::headers)
 
-# io: checksums of .its files
+# shell: hash of the input; io: checksums of .its files
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 target_link_libraries(its PRIVATE PkgConfig::xxhash)

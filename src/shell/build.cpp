@@ -153,6 +153,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         shell->info.extrema = options.extrema;
         shell->info.solver = options.solver;
         shell->info.rounding = shell->lattice.width * extremes.rounding;
+        shell->info.input_hash = input_hash(mesh, options);
         spent.total = total.seconds();
         if (times) *times = spent;
         return ThinShell(std::move(shell));

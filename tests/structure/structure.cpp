@@ -16,8 +16,10 @@ namespace fs = std::filesystem;
 
 /// From the bottom up. A module includes itself and those of lower layers, never a sibling in its own layer.
 const std::vector<std::vector<std::string>> layers = {
-    {"base"},     {"geometry"}, {"mesh"},  {"octree"},
-    {"distance"}, {"field"},    {"shell"}, {"query", "surface", "simplify", "verify", "picture", "io"},
+    {"base"},     {"geometry"},
+    {"mesh"},     {"octree"},
+    {"distance"}, {"field"},
+    {"shell"},    {"query", "surface", "simplify", "verify", "picture", "io", "points"},
     {"vdb"},
 };
 
