@@ -43,6 +43,21 @@ std::uint64_t parse_size(const std::string& option, const std::string& text) {
     return static_cast<std::uint64_t>(bytes);
 }
 
+Vec3 parse_vector(const std::string& option, const std::string& text) {
+    Vec3 vector;
+    const char* at = text.data();
+    const char* const end = text.data() + text.size();
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto [stop, error] = std::from_chars(at, end, vector[axis]);
+        const bool separated = axis < 2 ? stop != end && *stop == ',' : stop == end;
+        if (error != std::errc{} || !separated || !std::isfinite(vector[axis]))
+            throw CLI::ValidationError(option,
+                                       "'" + text + "' is no x,y,z; write three numbers such as 1,0,-0.5");
+        at = stop + (axis < 2);
+    }
+    return vector;
+}
+
 MeshFile read_mesh_with_warnings(const fs::path& path) {
     MeshFile file = naming_file(path, [&] { return read_mesh(path); });
     for (const std::string& warning : file.warnings) print_message("warning", path.string() + ": " + warning);

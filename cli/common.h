@@ -58,6 +58,9 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<
     return app.add_option_function<std::string>(option, choose, description + ": " + names);
 }
 
+/// A vector or point given as x,y,z. \throws CLI::ValidationError naming `option`.
+Vec3 parse_vector(const std::string& option, const std::string& text);
+
 /// Bytes of a size such as 800, 500M or 2G: K, M, G and T are powers of 1000.
 /// \throws CLI::ValidationError naming `option`.
 std::uint64_t parse_size(const std::string& option, const std::string& text);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "its/shell.h"
@@ -10,10 +11,14 @@
 namespace its {
 
 struct SliceOptions {
-    int axis = 2;        ///< 0 x, 1 y, 2 z: the normal of the plane
-    double at = 0.5;     ///< position of the plane within the mesh's bounds, 0 to 1
-    int size = 1024;     ///< pixels of the longer side of the plot, 64 to 8192
-    bool cells = false;  ///< draw the octree's cells
+    int axis = 2;  ///< 0 x, 1 y, 2 z: the normal of the plane, unless `normal` is given
+    /// Normal of any plane, towards the viewer: finite and not zero, of any length.
+    std::optional<Vec3> normal = {};
+    double at = 0.5;                   ///< position of the plane within the mesh's extent, 0 to 1
+    std::optional<Vec3> through = {};  ///< a finite point of the plane, mesh units; `at` is then not used
+    const Mesh* mesh = nullptr;        ///< its section is drawn; null: that of the shell's own mesh
+    int size = 1024;                   ///< pixels of the longer side of the plot, 64 to 8192
+    bool cells = false;                ///< draw the octree's cells
     int threads = 0;
 };
 
@@ -23,8 +28,9 @@ struct Image {
     std::vector<std::uint8_t> rgb;
 };
 
-/// f on an axis-aligned plane: diverging colours (blue inside, red outside), contours at ε₁, 0 and ε₂, the
-/// mesh's section in black, and a legend with values. \throws OptionError.
+/// f on a plane: diverging colours (blue inside, red outside), contours at ε₁, 0 and ε₂, the
+/// mesh's section in black, and a legend with values. \throws OptionError; InputError if `mesh` has no
+/// triangles, indices out of range or non-finite coordinates.
 Image slice(const ThinShell& shell, const SliceOptions& options = {});
 
 /// Writes a PNG to a temporary name that is then renamed.
