@@ -25,6 +25,7 @@ using Run = std::function<int()>;
 Run add_build(CLI::App& app);
 Run add_check(CLI::App& app);
 Run add_info(CLI::App& app);
+Run add_render(CLI::App& app);
 Run add_slice(CLI::App& app);
 Run add_verify(CLI::App& app);
 
@@ -60,6 +61,8 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<
 
 /// A vector or point given as x,y,z. \throws CLI::ValidationError naming `option`.
 Vec3 parse_vector(const std::string& option, const std::string& text);
+/// Two numbers given as a,b.
+std::pair<double, double> parse_pair(const std::string& option, const std::string& text);
 
 /// Bytes of a size such as 800, 500M or 2G: K, M, G and T are powers of 1000.
 /// \throws CLI::ValidationError naming `option`.

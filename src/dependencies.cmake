@@ -33,3 +33,7 @@ foreach(weight Regular Medium)
   its_embed(${ITS_FONT_${weight}} ${function} ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
   target_sources(its PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
 endforeach()
+
+# picture: renderings are traced by Embree.
+find_package(embree 3 REQUIRED)
+target_link_libraries(its PRIVATE embree)

@@ -33,6 +33,23 @@ struct Image {
 /// triangles, indices out of range or non-finite coordinates.
 Image slice(const ThinShell& shell, const SliceOptions& options = {});
 
+struct RenderOptions {
+    int width = 1600;       ///< pixels of the picture, 256 to 8192
+    int up = 2;             ///< the axis that points upwards: 0 x, 1 y, 2 z
+    double azimuth = 30;    ///< of the camera around that axis, degrees
+    double elevation = 18;  ///< of the camera above the floor, degrees, 0 to 80
+    double cut = 48;        ///< where the cuts face, seen from above: degrees to the left of the camera
+    double at = 0.5;        ///< position of the middle cut within the outer surface, 0 to 1
+    int samples = 32;       ///< rays a pixel, 1 to 4096: noise falls with it, and time grows
+    int resolution = 0;     ///< of the surfaces, see SurfaceOptions::resolution
+    int threads = 0;        ///< 0: all. The result is the same bytes for any number
+    Progress progress = {};
+};
+
+/// The mesh, its inner and outer surface side by side, and all three cut open, one less than the other; traced
+/// with soft light. Needs neither a display nor a graphics card. \throws OptionError, MemoryError, Cancelled.
+Image render(const ThinShell& shell, const RenderOptions& options = {});
+
 /// Writes a PNG to a temporary name that is then renamed.
 /// \throws FileError; OptionError if the image has no pixels or not 3 bytes for each.
 void write_png(const Image& image, const std::filesystem::path& path);
