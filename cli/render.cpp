@@ -74,7 +74,7 @@ Run add_render(CLI::App& app) {
                                          "Where the cuts face, in degrees to the left of the camera, and their "
                                          "position, 0 to 1; default 48,0.5")
         ->type_name("DEGREES,RELATIVE");
-    app.add_option("--samples", render.samples, "Rays a pixel, 1 to 4096: less noise, more time; default 32")
+    app.add_option("--samples", render.samples, "Rays a pixel, 1 to 4096: less noise, more time; default 16")
         ->check(CLI::Range(1, 4096))
         ->type_name("N");
     app.add_option("--resolution", render.resolution,

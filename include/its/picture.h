@@ -40,7 +40,7 @@ struct RenderOptions {
     double elevation = 18;  ///< of the camera above the floor, degrees, 0 to 80
     double cut = 48;        ///< where the cuts face, seen from above: degrees to the left of the camera
     double at = 0.5;        ///< position of the middle cut within the outer surface, 0 to 1
-    int samples = 32;       ///< rays a pixel, 1 to 4096: noise falls with it, and time grows
+    int samples = 16;       ///< rays a pixel, 1 to 4096: noise falls with it, and time grows
     int resolution = 0;     ///< of the surfaces, see SurfaceOptions::resolution
     int threads = 0;        ///< 0: all. The result is the same bytes for any number
     Progress progress = {};

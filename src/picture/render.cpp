@@ -11,6 +11,7 @@
 
 #include "base/parallel.h"
 #include "its/picture.h"
+#include "its/surface.h"
 #include "picture/legend.h"
 #include "picture/normals.h"
 #include "picture/text.h"
@@ -194,7 +195,7 @@ struct Panel {
 /// The large panel and three small ones: beside each other if the body is tall, else in a column.
 std::array<PixelRect, 4> layout(int width, int height, const Footprint& f) {
     const bool tall = f.y.high - f.y.low > 1.05 * (f.x.high - f.x.low);
-    const int side = int(std::lround((tall ? 0.2 : 0.33) * width));
+    const int side = int(std::lround((tall ? 0.19 : 0.33) * width));
     const int main = width - (tall ? 3 : 1) * side, third = height / 3;
     std::array<PixelRect, 4> rects = {PixelRect{0, 0, main, height}};
     for (int i = 0; i < 3; ++i)
@@ -237,13 +238,18 @@ void write_key(const Pen& pen, const Panel& panel, const std::vector<std::pair<c
 Model make_model(const ThinShell& shell, const RenderOptions& options) {
     const ShellInfo& info = shell.info();
     const Frame frame{0.5 * (info.root.min + info.root.max), info.scale, options.up};
+    const auto surface = [&](SurfaceSide side) {
+        return extract_surface(shell,
+                               {.side = side, .resolution = options.resolution, .progress = options.progress});
+    };
+    const Surface outer = surface(SurfaceSide::outer), inner = surface(SurfaceSide::inner);
     return {shell,
             frame,
-            make_body(shell.mesh(), frame, outer_paint),
+            make_body(outer.mesh, frame, outer_paint),
             make_body(shell.mesh(), frame, mesh_paint),
-            make_body(shell.mesh(), frame, inner_paint),
-            info.epsilon_outer,
-            info.epsilon_inner};
+            make_body(inner.mesh, frame, inner_paint),
+            outer.report.level,
+            inner.report.level};
 }
 
 std::vector<Panel> make_panels(const Model& model, const RayScene& mesh, const RenderOptions& options,
@@ -252,11 +258,10 @@ std::vector<Panel> make_panels(const Model& model, const RayScene& mesh, const R
     const bool has_inner = !model.inner.mesh.triangles.empty();
     const auto alone = [](const Body& body) { return std::vector<Exhibit>{{&body, {}, {}}}; };
     std::vector<Panel> panels(4);
-    panels[0] = {
-        rects[0], cut_open(model, mesh, options), "",
-        fmt::format("Depth {}; the shell is {} of the longest side thick, and contains the mesh: proven",
-                    info.depth, number_text(info.thickness() / info.scale, 3)),
-        paper};
+    panels[0] = {rects[0], cut_open(model, mesh, options), "",
+                 fmt::format("Depth {} · shell {} of the longest side thick", info.depth,
+                             number_text(info.thickness() / info.scale, 3)),
+                 paper};
     panels[1] = {rects[1], has_inner ? alone(model.inner) : std::vector<Exhibit>{},
                  has_inner ? "Inner surface" : "No inner surface",
                  has_inner ? level_text("f", model.inner_level) + " · " + triangles_text(model.inner.mesh)

@@ -23,6 +23,12 @@ constexpr double floor_near_light = 0.12;        // what bodies send down to the
 constexpr Light paper_light = {1, 1, 1};
 constexpr double gloss = 0.16, gloss_power = 48;
 
+constexpr double edge_fade = 0.12;  // of a picture's shorter side
+
+/// A pixel whose first samples all show paper is taken to be empty: most are, and a shadow that all of them
+/// miss darkens the pixel by a few of 255 steps at most.
+constexpr int samples_to_be_empty = 8;
+
 /// A ray leaves a surface this far off it, so as not to meet it again: above a hundred roundings of single
 /// precision for coordinates up to 4.
 constexpr double lift = 4e-5;
@@ -48,6 +54,12 @@ Vec3 cosine_direction(const Vec3& n, double r1, double r2) {
 
 double sky(const Vec3& direction) {
     return std::lerp(horizon, zenith, std::max(0.0, direction.z));
+}
+
+/// From 0 at t ≤ 0 to 1 at t ≥ 1.
+double smooth_step(double t) {
+    t = std::clamp(t, 0.0, 1.0);
+    return t * t * (3 - 2 * t);
 }
 
 Light times(const Light& a, const Light& b) {
@@ -183,7 +195,7 @@ Light Studio::illuminate(const Surface& s, const Vec3& view, const std::array<do
 }
 
 /// The floor shows as paper with shadows, which fade out in the outer half of its reach.
-Light Studio::trace_floor(const Ray& ray, const std::array<double, 4>& random) const {
+Light Studio::trace_floor(const Ray& ray, double shadow, const std::array<double, 4>& random) const {
     if (!(ray.direction.z < 0)) return paper_light;
     const Vec3 p = ray.at((floor_ - ray.origin.z) / ray.direction.z);
     const double out = std::hypot(p.x, p.y) / reach_;
@@ -192,28 +204,35 @@ Light Studio::trace_floor(const Ray& ray, const std::array<double, 4>& random) c
     const Vec3 origin = p + lift * up;
     const double key = blocked({origin, key_direction(random[0], random[1])}) ? 0 : 1;
     const double dome = blocked({origin, cosine_direction(up, random[2], random[3])}) ? floor_near_light : 1;
-    const double fade = out < 0.5 ? 1 : 0.5 + 0.5 * std::cos(2 * pi * (out - 0.5));
+    const double fade = shadow * (1 - smooth_step(2 * out - 1));
     const double light = 1 - fade * (1 - (key_share * key + (1 - key_share) * dome));
     return {light, light, light};
 }
 
-Light Studio::trace(const Ray& ray, double pixel, const std::array<double, 4>& random) const {
+Light Studio::trace(const Ray& ray, double pixel, double shadow, const std::array<double, 4>& random) const {
     if (const auto surface = nearest(ray, pixel)) return illuminate(*surface, ray.direction, random);
-    return trace_floor(ray, random);
+    return shadow > 0 ? trace_floor(ray, shadow, random) : paper_light;
 }
 
 void draw_studio(Image& image, const PixelRect& rect, const Studio& studio, const Camera& camera, int samples,
                  const Progress& progress, std::string_view stage) {
     Stage rows(progress, stage, std::uint64_t(rect.height));
+    const double edge = edge_fade * std::min(rect.width, rect.height);
     const auto draw_pixel = [&](int x, int y) {
         const Sequence sequence(x, y);
+        const int to_edge = std::min({x, y, rect.width - 1 - x, rect.height - 1 - y});
+        const double shadow = smooth_step(to_edge / edge);
         Light sum;
-        for (int i = 0; i < samples; ++i) {
-            const auto r = sequence.at(i);
-            const Ray ray = camera.through({x + r[0], y + r[1]});
-            sum = sum + studio.trace(ray, camera.pixel, {r[2], r[3], r[4], r[5]});
+        int i = 0;
+        bool empty = true;
+        while (i < samples && !(empty && i == samples_to_be_empty)) {
+            const auto r = sequence.at(i++);
+            const Light light = studio.trace(camera.through({x + r[0], y + r[1]}), camera.pixel, shadow,
+                                             {r[2], r[3], r[4], r[5]});
+            empty = empty && light == paper_light;
+            sum = sum + light;
         }
-        set_pixel(image, rect.x + x, rect.y + y, to_srgb((1.0 / samples) * sum));
+        set_pixel(image, rect.x + x, rect.y + y, to_srgb((1.0 / i) * sum));
     };
     for_chunks(std::uint64_t(rect.height), 4, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
         for (int y = int(begin); y < int(end); ++y)

@@ -52,7 +52,9 @@ public:
     Studio(std::vector<Exhibit> exhibits, const Vec3& key_light, double floor, double reach);
 
     /// The light that comes along the ray: that of the paper where there is neither a body nor its shadow.
-    Light trace(const Ray& ray, double pixel, const std::array<double, 4>& random) const;
+    /// \param pixel  width of a pixel at distance 1  \param shadow  strength of shadows on the floor, 0 to 1
+    /// \param random  four numbers in [0, 1)
+    Light trace(const Ray& ray, double pixel, double shadow, const std::array<double, 4>& random) const;
 
 private:
     struct Surface {
@@ -66,7 +68,7 @@ private:
     bool blocked(const Ray& ray) const;
     Light illuminate(const Surface& surface, const Vec3& view, const std::array<double, 4>& random) const;
     Vec3 key_direction(double r1, double r2) const;  ///< towards a random point of the key light's disc
-    Light trace_floor(const Ray& ray, const std::array<double, 4>& random) const;
+    Light trace_floor(const Ray& ray, double shadow, const std::array<double, 4>& random) const;
 
     std::vector<Exhibit> exhibits_;
     RayScene rays_;
@@ -74,8 +76,8 @@ private:
     double floor_, reach_;
 };
 
-/// Draws into a rectangle of the picture, `samples` rays a pixel, in parallel.
-/// \throws Cancelled.
+/// Draws into a rectangle of the picture, up to `samples` rays a pixel, in parallel. Shadows fade out at its
+/// edges. \throws Cancelled.
 void draw_studio(Image& image, const PixelRect& rect, const Studio& studio, const Camera& camera, int samples,
                  const Progress& progress, std::string_view stage);
 

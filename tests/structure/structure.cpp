@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 /// From the bottom up. A module includes itself and those of lower layers, never a sibling in its own layer.
 const std::vector<std::vector<std::string>> layers = {
     {"base"},     {"geometry"}, {"mesh"},  {"octree"},
-    {"distance"}, {"field"},    {"shell"}, {"query", "surface", "simplify", "verify", "picture", "io"},
+    {"distance"}, {"field"},    {"shell"}, {"query", "surface", "simplify", "verify", "io"},
+    {"picture"},
 };
 
 /// What verify may include of other modules: the arrays of a shell, and arithmetic too small to be wrong.
