@@ -28,6 +28,7 @@ Run add_info(CLI::App& app);
 Run add_render(CLI::App& app);
 Run add_slice(CLI::App& app);
 Run add_verify(CLI::App& app);
+Run add_view(CLI::App& app);
 
 /// Options that every command has.
 struct CommonOptions {

@@ -31,6 +31,7 @@ constexpr Command commands[] = {
     {"verify", "Check the promises of a shell against its mesh, independently of the builder", add_verify},
     {"render", "Draw mesh, inner and outer surface side by side and cut open", add_render},
     {"slice", "Draw a shell's function on a plane", add_slice},
+    {"view", "Write a page that shows a shell in a browser", add_view},
 };
 
 std::string command_names() {

@@ -94,11 +94,11 @@ std::string first_folder(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-/// Public headers belong to the module of their name; version.h to the lowest.
+/// Public headers belong to the module of their name; version.h to the lowest, view.h to picture.
 std::string module_of_include(const std::string& name) {
     if (first_folder(name) != "its") return first_folder(name);
     const std::string stem = fs::path(name).stem().string();
-    return stem == "version" ? "base" : stem;
+    return stem == "version" ? "base" : stem == "view" ? "picture" : stem;
 }
 
 /// What is wrong with one include of a file in `module`, or nothing.

@@ -1,0 +1,204 @@
+// Opens a page that its view wrote in a real browser without network, and uses it as people do.
+//   node test/view.test.mjs PAGE.html [FOLDER]      FOLDER: screenshots are left there
+// CHROMIUM names the browser (/usr/bin/chromium). Exit status 0 if all is well, 1 and a message if not.
+import assert from 'node:assert/strict';
+import { mkdirSync } from 'node:fs';
+import { resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { chromium } from 'playwright-core';
+
+const [file, folder] = process.argv.slice(2);
+assert.ok(file, 'usage: view.test.mjs PAGE.html [FOLDER]');
+if (folder) mkdirSync(folder, { recursive: true });
+
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+  args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
+         '--disable-background-networking', '--disable-component-update', '--disable-sync', '--no-first-run'],
+});
+
+const problems = [];
+const context = await browser.newContext({ viewport: { width: 960, height: 620 }, colorScheme: 'light' });
+await context.setOffline(true);
+const page = await context.newPage();
+page.on('console', (message) => {
+  // The software renderer of the test machine warns about its own speed.
+  if (message.type() === 'error' || (message.type() === 'warning' && !message.text().includes('GPU stall')))
+    problems.push(`${message.type()}: ${message.text()}`);
+});
+page.on('pageerror', (error) => problems.push(`exception: ${error.message}`));
+page.on('request', (request) => {
+  if (!/^(file|data|blob):/.test(request.url())) problems.push(`request: ${request.url()}`);
+});
+
+// Screenshots are decoded and compared within the browser, which has a decoder; here they are but numbers.
+const reader = await context.newPage();
+await reader.evaluate(() => {
+  const kinds = {
+    drawn: ([r, g, b], [r0, g0, b0]) => Math.max(Math.abs(r - r0), Math.abs(g - g0), Math.abs(b - b0)) > 40,
+    red: ([r, g, b]) => r > g + 30 && r > b + 30,
+    strongRed: ([r, g, b]) => r > g + 75 && r > b + 75,
+    blue: ([r, g, b]) => b > r + 30 && b > g + 5,
+  };
+  const pictures = [];
+  window.add = async (text) => {
+    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    const bitmap = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d', { willReadFrequently: true });
+    context.drawImage(bitmap, 0, 0);
+    return pictures.push(context.getImageData(0, 0, bitmap.width, bitmap.height).data) - 1;
+  };
+  /// The part of the pixels in which two pictures differ visibly.
+  window.difference = (i, j) => {
+    const a = pictures[i], b = pictures[j];
+    if (a.length !== b.length) throw new Error('pictures of different sizes');
+    let differing = 0;
+    for (let k = 0; k < a.length; k += 4)
+      differing += Math.max(Math.abs(a[k] - b[k]), Math.abs(a[k + 1] - b[k + 1]), Math.abs(a[k + 2] - b[k + 2])) > 12;
+    return differing / (a.length / 4);
+  };
+  /// The part of the pixels of a kind.
+  window.share = (i, kind) => {
+    const a = pictures[i], corner = [...a.subarray(0, 3)];
+    let count = 0;
+    for (let k = 0; k < a.length; k += 4) count += kinds[kind]([a[k], a[k + 1], a[k + 2]], corner);
+    return count / (a.length / 4);
+  };
+  window.cornerBrightness = (i) => (pictures[i][0] + pictures[i][1] + pictures[i][2]) / 3;
+});
+const difference = (a, b) => reader.evaluate(([i, j]) => window.difference(i, j), [a, b]);
+const share = (a, kind) => reader.evaluate(([i, k]) => window.share(i, k), [a, kind]);
+const brightness = (a) => reader.evaluate((i) => window.cornerBrightness(i), a);
+
+let shots = 0;
+async function shoot(name) {
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  ++shots;
+  if (folder) await page.screenshot({ path: `${folder}/${String(shots).padStart(2, '0')}-${name}.png` });
+  const png = await page.locator('#stage').screenshot();
+  return reader.evaluate((text) => window.add(text), png.toString('base64'));
+}
+
+async function check(name, test) {
+  try {
+    await test();
+    console.log(`ok    ${name}`);
+  } catch (error) {
+    problems.push(`${name}: ${error.message}`);
+    console.log(`FAIL  ${name}: ${error.message}`);
+  }
+}
+const atLeast = (value, least, what) => assert.ok(value >= least, `${what}: ${value.toFixed(4)}, at least ${least} expected`);
+const atMost = (value, most, what) => assert.ok(value <= most, `${what}: ${value.toFixed(4)}, at most ${most} expected`);
+
+try {
+  await page.goto(pathToFileURL(resolve(file)).href);
+  await page.waitForSelector('html[data-ready=true]', { timeout: 30000 });
+  const data = JSON.parse(await page.locator('#its-data').textContent());
+  const first = await shoot('first');
+
+  await check('the canvas is not blank', async () => atLeast(await share(first, 'drawn'), 0.05, 'drawn'));
+  await check('the numbers of the build are shown', async () => {
+    const text = await page.locator('#facts').textContent();
+    for (const [label, value] of data.facts) assert.ok(text.includes(label) && text.includes(value), label);
+    assert.ok((await page.locator('#title').textContent()).includes(data.title));
+  });
+
+  await page.locator('#cut').uncheck();
+  const whole = await shoot('whole');
+  await check('the cut switch works', async () => atLeast(await difference(first, whole), 0.01, 'changed'));
+
+  for (const name of ['outer', 'mesh', 'inner']) {
+    if (!data[name]) continue;
+    await check(`the switch of the ${name} body works, and back`, async () => {
+      // Alone on the stage, so that nothing hides it.
+      for (const other of ['outer', 'mesh', 'inner'])
+        if (other !== name && data[other]) await page.locator(`#show-${other}`).uncheck();
+      const shown = await shoot(`only-${name}`);
+      await page.locator(`#show-${name}`).uncheck();
+      const empty = await shoot('nothing');
+      atLeast(await difference(shown, empty), 0.02, 'changed');
+      if (name === 'outer') atLeast(await share(shown, 'red'), 0.02, 'red');
+      if (name === 'inner') atLeast(await share(shown, 'blue'), 0.02, 'blue');
+      for (const other of ['outer', 'mesh', 'inner']) if (data[other]) await page.locator(`#show-${other}`).check();
+      atMost(await difference(await shoot('again'), whole), 0.001, 'differs from before');
+    });
+  }
+  await check('opacity works', async () => {
+    await page.locator('#opacity-outer').fill('1');
+    const opaque = await shoot('opaque');
+    atLeast(await difference(opaque, whole), 0.01, 'changed');
+    atLeast(await share(opaque, 'strongRed'), (await share(whole, 'strongRed')) + 0.01, 'red');
+    await page.locator('#opacity-outer').fill('0.45');
+  });
+
+  await page.locator('#cut').check();
+  await check('the cut plane moves', async () => {
+    await page.locator('#at').fill('0.7');
+    atLeast(await difference(await shoot('moved'), first), 0.005, 'changed');
+    await page.locator('#at').fill('0.5');
+    atMost(await difference(await shoot('moved-back'), first), 0.001, 'differs from before');
+  });
+  await check('the field is drawn on the plane', async () => {
+    await page.locator('[data-field=off]').click();
+    const off = await shoot('field-off');
+    await page.locator('[data-field=everywhere]').click();
+    const everywhere = await shoot('field-everywhere');
+    atLeast(await difference(off, everywhere), 0.1, 'changed');
+    atLeast(await share(everywhere, 'red'), 0.05, 'red');
+    await page.locator('[data-field=inside]').click();
+  });
+  await check('axes and flip work', async () => {
+    const before = await shoot('inside');
+    await page.locator('[data-axis=z]').click();
+    const across = await shoot('axis-z');
+    atLeast(await difference(across, before), 0.01, 'axis');
+    await page.locator('#flip').click();
+    atLeast(await difference(await shoot('flipped'), across), 0.01, 'flip');
+  });
+  await check('views work', async () => {
+    await page.locator('[data-view=top]').click();
+    const top = await shoot('top');
+    await page.locator('[data-view=front]').click();
+    atLeast(await difference(await shoot('front'), top), 0.02, 'changed');
+    await page.locator('[data-view=reset]').click();
+  });
+  await check('the mouse turns the model', async () => {
+    const before = await shoot('before-drag');
+    await page.mouse.move(300, 300);
+    await page.mouse.down();
+    await page.mouse.move(420, 330, { steps: 4 });
+    await page.mouse.up();
+    atLeast(await difference(await shoot('dragged'), before), 0.02, 'changed');
+    await page.keyboard.press('r');
+    atMost(await difference(await shoot('reset'), before), 0.001, 'differs from before');
+  });
+  await check('the keyboard works', async () => {
+    const before = await shoot('before-keys');
+    await page.keyboard.press('c');
+    assert.equal(await page.locator('#cut').isChecked(), false);
+    await page.keyboard.press('2');
+    assert.equal(await page.locator('#show-mesh').isChecked(), false);
+    await page.keyboard.press('ArrowLeft');
+    atLeast(await difference(await shoot('keys'), before), 0.02, 'changed');
+  });
+  await check('light and dark', async () => {
+    const light = await shoot('light');
+    await page.locator('#theme').click();
+    atLeast((await brightness(light)) - (await brightness(await shoot('dark'))), 100, 'darker');
+  });
+  await check('a narrow screen has room for both', async () => {
+    await page.setViewportSize({ width: 420, height: 800 });
+    await shoot('narrow');
+    const stage = await page.locator('#stage').boundingBox(), panel = await page.locator('#panel').boundingBox();
+    atLeast(stage.height, 300, 'height of the picture');
+    atLeast(panel.height, 200, 'height of the panel');
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
+  });
+} catch (error) {
+  problems.push(error.message);
+} finally {
+  await browser.close();
+}
+for (const problem of problems) console.error(`its view: ${problem}`);
+process.exit(problems.length ? 1 : 0);
