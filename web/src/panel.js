@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 
 const names = { outer: 'Outer surface', mesh: 'Mesh', inner: 'Inner surface' };
-const initialOpacity = { outer: 0.45, mesh: 1, inner: 1 };
+const initialOpacity = { outer: 0.3, mesh: 1, inner: 1 };
 const element = (id) => document.getElementById(id);
 
 function make(tag, properties = {}, ...children) {

@@ -29,10 +29,11 @@ float line(float f, float slope, float level, float width) {
 }
 void main() {
   vec3 part = (at - low) / size;
-  if (any(lessThan(part, vec3(0.0))) || any(greaterThan(part, vec3(1.0)))) discard;
   float f = texture(field, (part * (samples - 1.0) + 0.5) / samples).r;
   float slope = max(length(vec2(dFdx(f), dFdy(f))), 1e-7);
-  if (insideOnly && f > outer + slope) discard;
+  // Only now: derivatives are undefined beside pixels that are gone.
+  if (any(lessThan(part, vec3(0.0))) || any(greaterThan(part, vec3(1.0)))) discard;
+  if (insideOnly && f > outer + lineWidth * slope) discard;
   float t = sign(f) * sqrt(min(abs(f) / range, 1.0));
   vec3 c = texture(palette, vec2((128.0 * t + 128.5) / 257.0, 0.5)).rgb;
   float nearest = 0.05 * round(f / 0.05);

@@ -33,9 +33,9 @@ export class Scene {
     for (const [name, body] of Object.entries(data.bodies)) if (body) this.addBody(name, body);
     this.bounds = new THREE.Box3();
     for (const { object } of Object.values(this.bodies)) this.bounds.expandByObject(object);
+    this.resize();
     this.view('reset');
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
-    this.resize();
   }
 
   addLights() {
@@ -119,14 +119,26 @@ export class Scene {
       reset: mix(0.62, 1, 0.5),
     }[name].normalize();
     const centre = this.bounds.getCenter(new THREE.Vector3());
-    const radius = this.bounds.getSize(new THREE.Vector3()).length() / 2;
-    const narrow = Math.min(1, this.camera.aspect || 1);
-    const distance = radius / Math.sin((this.camera.fov * Math.PI) / 360) / Math.sqrt(narrow);
     this.camera.up.copy(up);
-    this.camera.position.copy(centre).addScaledVector(direction, distance);
+    this.camera.position.copy(centre).addScaledVector(direction, this.fittingDistance(centre, direction, up));
     this.controls.target.copy(centre);
     this.controls.update();
     this.draw();
+  }
+
+  /// How far away, in this direction, all corners of the bounds are in the picture, with a margin.
+  fittingDistance(centre, direction, up) {
+    const right = new THREE.Vector3().crossVectors(up, direction).normalize();
+    const over = new THREE.Vector3().crossVectors(direction, right);
+    const vertical = Math.tan((this.camera.fov * Math.PI) / 360) / 1.16, horizontal = vertical * this.camera.aspect;
+    let distance = 0;
+    for (let i = 0; i < 8; ++i) {
+      const { min, max } = this.bounds;
+      const corner = new THREE.Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z).sub(centre);
+      const needed = Math.max(Math.abs(corner.dot(right)) / horizontal, Math.abs(corner.dot(over)) / vertical);
+      distance = Math.max(distance, corner.dot(direction) + needed);
+    }
+    return distance;
   }
 
   /// Turns the camera around the model, in radians.
