@@ -51,7 +51,7 @@ const browser = await chromium.launch({
 });
 
 const problems = [];
-const context = await browser.newContext({ viewport: { width: 760, height: 480 }, colorScheme: 'light' });
+const context = await browser.newContext({ viewport: { width: 840, height: 480 }, colorScheme: 'light' });
 await context.setOffline(true);
 const page = await context.newPage();
 page.on('console', (message) => {
@@ -203,9 +203,9 @@ try {
   await check('the mouse turns the model', async () => {
     const before = await shoot('before-drag');
     const frames = Number(await page.locator('html').getAttribute('data-frames'));
-    await page.mouse.move(300, 300);
+    await page.mouse.move(200, 200);
     await page.mouse.down();
-    await page.mouse.move(420, 330, { steps: 4 });
+    await page.mouse.move(320, 230, { steps: 4 });
     await page.mouse.up();
     await page.waitForFunction((n) => Number(document.documentElement.dataset.frames) > n, frames);
     atLeast(await difference(await shoot('dragged'), before), 0.02, 'changed');
@@ -237,7 +237,7 @@ try {
   });
   if (own)
     await check('an open mesh: one surface on both sides, and the page says so', async () => {
-      await page.setViewportSize({ width: 760, height: 480 });
+      await page.setViewportSize({ width: 840, height: 480 });
       await open(writePage('open', 0.6, '--max-triangles', '4000'));
       atLeast(await share(await shoot('open'), 'drawn'), 0.05, 'drawn');
       assert.ok(await page.locator('#show-inner').isDisabled());
