@@ -104,7 +104,9 @@ TEST(Cluster, KeepsTheShapeAndTheLimit) {
             }
         double area = 0;
         for (const Triangle& t : coarse.triangles) area += 0.5 * norm(area_vector(coarse, t));
-        if (most >= 2000) EXPECT_NEAR(area, 16 * pi, 2.5);
+        if (most >= 2000) {
+            EXPECT_NEAR(area, 16 * pi, 2.5);
+        }
     }
     EXPECT_EQ(cluster(ball, 1'000'000).triangles, ball.triangles);
 }
