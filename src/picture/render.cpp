@@ -252,6 +252,13 @@ Model make_model(const ThinShell& shell, const RenderOptions& options) {
             inner.report.level};
 }
 
+std::vector<std::pair<const char*, Rgb>> key_entries(const Model& model) {
+    std::vector<std::pair<const char*, Rgb>> entries = {
+        {"shell", shell_paint}, {"mesh", mesh_paint}, {"outer", outer_paint}};
+    if (!model.inner.mesh.triangles.empty()) entries.insert(entries.begin(), {"inner", inner_paint});
+    return entries;
+}
+
 std::vector<Panel> make_panels(const Model& model, const RayScene& mesh, const RenderOptions& options,
                                const std::array<PixelRect, 4>& rects) {
     const ShellInfo& info = model.shell.info();
@@ -265,7 +272,8 @@ std::vector<Panel> make_panels(const Model& model, const RayScene& mesh, const R
     panels[1] = {rects[1], has_inner ? alone(model.inner) : std::vector<Exhibit>{},
                  has_inner ? "Inner surface" : "No inner surface",
                  has_inner ? level_text("f", model.inner_level) + " · " + triangles_text(model.inner.mesh)
-                           : "at this depth",
+                 : model.has_inside() ? "at this depth"
+                                      : "the mesh has no inside",
                  inner_paint};
     panels[2] = {rects[2], alone(model.mesh), "Mesh", triangles_text(model.mesh.mesh), mesh_paint};
     panels[3] = {rects[3], alone(model.outer), "Outer surface",
@@ -292,11 +300,10 @@ Image draw(const Model& model, const RenderOptions& options) {
         rect.height -= int(label_height * pen.unit);
         const Studio studio(panel.exhibits, key_light, floor, floor_reach);
         Camera fitted = fit(camera, print, rect);
-        draw_studio(image, panel.rect, studio, fitted, options.samples, options.progress, "render");
+        draw_studio(image, panel.title.empty() ? panel.rect : rect, studio, fitted, options.samples,
+                    options.progress, "render");
         if (panel.title.empty()) {
-            write_key(
-                pen, panel,
-                {{"inner", inner_paint}, {"shell", shell_paint}, {"mesh", mesh_paint}, {"outer", outer_paint}});
+            write_key(pen, panel, key_entries(model));
         } else {
             write_label(pen, panel);
         }

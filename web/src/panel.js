@@ -51,7 +51,7 @@ export class Panel {
       shown.addEventListener('change', () => this.scene.show(name, shown.checked));
       opacity.addEventListener('input', () => this.scene.setOpacity(name, Number(opacity.value)));
       if (present) this.scene.setOpacity(name, initialOpacity[name]);
-      const text = present ? this.data[name].text : 'none at this depth';
+      const text = present ? this.data[name].text : this.data.has_inside ? 'none at this depth' : 'none: the mesh has no inside';
       element('bodies').append(make('div', { className: 'body' },
         make('label', { className: 'line' }, shown, make('i', { className: `chip ${name}` }), make('span', {}, names[name]),
              make('kbd', {}, String(number))),

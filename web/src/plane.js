@@ -30,7 +30,8 @@ float line(float f, float slope, float level, float width) {
 void main() {
   vec3 part = (at - low) / size;
   float f = texture(field, (part * (samples - 1.0) + 0.5) / samples).r;
-  float slope = max(length(vec2(dFdx(f), dFdy(f))), 1e-7);
+  // |∇f| is at most about √3: what is steeper is no slope, but the border of the screen's 2 × 2 blocks.
+  float slope = clamp(length(vec2(dFdx(f), dFdy(f))), 1e-7, 1.8 * length(fwidth(at)));
   // Only now: derivatives are undefined beside pixels that are gone.
   if (any(lessThan(part, vec3(0.0))) || any(greaterThan(part, vec3(1.0)))) discard;
   if (insideOnly && f > outer + lineWidth * slope) discard;
