@@ -225,6 +225,56 @@ TEST_F(Commands, SliceWritesAPng) {
     EXPECT_THAT(content(picture), StartsWith("\x89PNG"));
 }
 
+TEST_F(Commands, SliceOnAnyPlane) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "4"}).status, 0);
+    const std::string picture = shop.path("ball.png");
+    const json slice = run_json({"slice", shell, "-o", picture, "--normal", "1,-1,0.5", "--through", "-1,2,3",
+                                 "--mesh", mesh, "--size", "128"});
+    EXPECT_EQ(slice["normal"], json({1, -1, 0.5}));
+    EXPECT_EQ(slice["through"], json({-1, 2, 3}));
+    EXPECT_FALSE(slice.contains("axis"));
+    for (const std::vector<std::string>& wrong :
+         std::vector<std::vector<std::string>>{{"--normal", "1,2"},
+                                               {"--normal", "0,0,0"},
+                                               {"--normal", "1,2,nan"},
+                                               {"--normal", "1,2,3,4"},
+                                               {"--normal", "1,0,0", "--axis", "x"},
+                                               {"--through", "0,0,0", "--at", "0.5"},
+                                               {"--mesh", "/nowhere.obj"}}) {
+        std::vector<std::string> arguments = {"slice", shell, "-o", picture};
+        arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+        const Result result = run(arguments);
+        EXPECT_EQ(result.status, 2) << wrong[1];
+        EXPECT_THAT(result.error, StartsWith("its: error: "));
+        EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << result.error;
+    }
+}
+
+TEST_F(Commands, RenderWritesAPng) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string picture = shop.path("render.png");
+    const json render = run_json({"render", shell, "-o", picture, "--size", "256", "--samples", "1", "--view",
+                                  "-40,10", "--cut", "30,0.6", "--up", "y"});
+    EXPECT_EQ(render["width"], 256);
+    EXPECT_THAT(content(picture), StartsWith("\x89PNG"));
+    for (const char* wrong : {"30", "30,95", "a,b", "1,2,3"})
+        EXPECT_EQ(run({"render", shell, "-o", picture, "--view", wrong}).status, 2) << wrong;
+}
+
+TEST_F(Commands, ViewWritesAPageOrRefuses) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string page = shop.path("ball.html");
+    const Result result = run({"view", shell, "-o", page, "--samples", "16", "--json"});
+    if (result.status == 0) {
+        EXPECT_THAT(content(page), HasSubstr("\"title\":\"ball\""));
+        EXPECT_EQ(json::parse(result.out)["file_bytes"], std::filesystem::file_size(page));
+    } else {  // built without npm
+        EXPECT_EQ(result.status, 2);
+        EXPECT_THAT(result.error, HasSubstr("npm"));
+        EXPECT_FALSE(std::filesystem::exists(page));
+    }
+}
+
 TEST_F(Commands, ReportsForPeople) {
     const Result built = run({"build", mesh, "-o", shell, "--depth", "4"});
     EXPECT_EQ(built.status, 0);
