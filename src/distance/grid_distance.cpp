@@ -58,7 +58,7 @@ ITS_CLONES void sphere_distances(const Points& p, double sx, double sy, double s
 }
 
 /// distance[i] = distance from point i to triangle `lane` of the block.
-ITS_CLONES void triangle_distances(const Points& p, const TriangleTree::Block& t, std::uint64_t lane,
+ITS_CLONES void triangle_distances(const Points& p, const TriangleBlock& t, std::uint64_t lane,
                                    double* distance) {
     for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_distance(t, lane, p.x[i], p.y[i], p.z[i]));
 }
@@ -108,7 +108,7 @@ ITS_INLINE void update_largest_bound(Packet& packet) {
 }
 
 /// Improves some points of the packet by the eight triangles of a block, eight triangles at a time.
-ITS_CLONES void improve_points(Packet& packet, unsigned points, const TriangleTree::Block& block) {
+ITS_CLONES void improve_points(Packet& packet, unsigned points, const TriangleBlock& block) {
     for (; points != 0; points &= points - 1) {
         const int p = __builtin_ctz(points);
         double squared[lanes];
@@ -123,7 +123,7 @@ ITS_CLONES void improve_points(Packet& packet, unsigned points, const TriangleTr
 
 /// Improves the packet by one triangle, eight points at a time, where it can be nearer than what is known: from
 /// its distance to the centre, and from its sphere.
-ITS_CLONES void improve(Packet& packet, const TriangleTree::Block& t, std::uint64_t lane, double from_centre,
+ITS_CLONES void improve(Packet& packet, const TriangleBlock& t, std::uint64_t lane, double from_centre,
                         const Sphere& s) {
     bool changed = false;
     for (int chunk = 0; chunk < packet.size; chunk += lanes) {

@@ -17,53 +17,6 @@ namespace {
 
 constexpr std::uint64_t grain = 4096;
 
-/// Extended precision for what is computed once a triangle.
-struct WideVec3 {
-    long double x, y, z;
-};
-WideVec3 wide_difference(const Vec3& p, const Vec3& q) {
-    return {(long double)p.x - q.x, (long double)p.y - q.y, (long double)p.z - q.z};
-}
-WideVec3 cross(const WideVec3& a, const WideVec3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-long double dot(const WideVec3& a, const WideVec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-WideVec3 unit(const WideVec3& a) {
-    const long double length = std::sqrt(dot(a, a));
-    return length > 0 ? WideVec3{a.x / length, a.y / length, a.z / length} : WideVec3{0, 0, 0};
-}
-double reciprocal(long double x) {
-    return x > 0 ? double(1 / x) : 0.0;
-}
-
-void set_lane(TriangleTree::Block& t, std::uint64_t lane, const Vec3& a, const Vec3& b, const Vec3& c) {
-    const auto store = [lane](double(&to)[3][TriangleTree::arity], const WideVec3& v) {
-        to[0][lane] = double(v.x);
-        to[1][lane] = double(v.y);
-        to[2][lane] = double(v.z);
-    };
-    const WideVec3 ab = wide_difference(b, a), ac = wide_difference(c, a), bc = wide_difference(c, b);
-    for (int axis = 0; axis < 3; ++axis) t.a[axis][lane] = a[axis];
-    store(t.ab, ab);
-    store(t.ac, ac);
-    t.ab_ab[lane] = double(dot(ab, ab));
-    t.ab_ac[lane] = double(dot(ab, ac));
-    t.inverse_ab[lane] = reciprocal(dot(ab, ab));
-    t.inverse_ac[lane] = reciprocal(dot(ac, ac));
-    t.inverse_bc[lane] = reciprocal(dot(bc, bc));
-
-    const WideVec3 normal = unit(cross(ab, ac));
-    const WideVec3 in_from_bc = unit(cross(normal, bc));
-    store(t.normal, normal);
-    store(t.in_from_ab, unit(cross(normal, ab)));
-    store(t.in_from_ac, unit(cross(ac, normal)));
-    store(t.in_from_bc, in_from_bc);
-    const bool degenerate = dot(normal, normal) == 0;
-    t.bc_level[lane] = degenerate ? 1.0 : double(dot(in_from_bc, ab));
-}
-
 /// Triangle indices sorted by the Morton code of their centroids on a grid of 2²¹ cells a side.
 std::vector<std::uint32_t> morton_order(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                                         double size) {

@@ -1,0 +1,90 @@
+#include "its/closest_point.h"
+
+#include <fmt/format.h>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "distance/closest_point.h"
+#include "geometry/vec3.h"
+
+namespace its {
+
+namespace {
+
+constexpr std::uint64_t grain = 512;  // points: below it, a batch is serial
+
+constexpr double largest_coordinate = 1e75;  // beyond it, products of coordinates could overflow
+
+/// The mesh, if it can be searched. \throws InputError
+const Mesh& checked(const Mesh& mesh) {
+    if (mesh.triangles.empty()) throw InputError("the mesh has no triangles");
+    if (mesh.triangles.size() >= ClosestPointTree::leaf_bit)
+        throw InputError(fmt::format("the mesh has {} triangles; at most {} can be searched",
+                                     mesh.triangles.size(), ClosestPointTree::leaf_bit - 1));
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        for (const std::uint32_t v : mesh.triangles[i]) {
+            if (v >= mesh.vertices.size())
+                throw InputError(fmt::format("triangle {} uses vertex {} of {}", i, v, mesh.vertices.size()));
+            for (int axis = 0; axis < 3; ++axis)
+                if (!(std::abs(mesh.vertices[v][axis]) <= largest_coordinate))
+                    throw InputError(fmt::format("vertex {} is not a finite point of magnitude at most {:g}", v,
+                                                 largest_coordinate));
+        }
+    return mesh;
+}
+
+}  // namespace
+
+struct ClosestPoints::Data {
+    explicit Data(const Mesh& m) : mesh(checked(m)), tree(mesh.vertices, mesh.triangles) {}
+
+    ClosestPoint find(const Vec3& p) const {
+        const Nearest nearest = tree.find(p);
+        ClosestPoint result;
+        result.triangle = nearest.triangle;
+        result.distance = std::sqrt(nearest.squared);
+        result.barycentric = tree.barycentric(nearest, p);
+        const Triangle& t = mesh.triangles[nearest.triangle];
+        const Vec3& a = mesh.vertices[t[0]];
+        result.point = a + result.barycentric[1] * (mesh.vertices[t[1]] - a) +
+                       result.barycentric[2] * (mesh.vertices[t[2]] - a);
+        return result;
+    }
+
+    Mesh mesh;
+    ClosestPointTree tree;
+};
+
+ClosestPoints::ClosestPoints(const Mesh& mesh, int threads)
+    : data_(with_threads(threads, [&] { return std::make_shared<const Data>(mesh); })) {}
+
+ClosestPoint ClosestPoints::find(const Vec3& point) const {
+    if (!finite(point))
+        throw InputError(
+            fmt::format("closest point: query ({}, {}, {}) is not finite", point.x, point.y, point.z));
+    return data_->find(point);
+}
+
+void ClosestPoints::find(std::span<const Vec3> points, std::span<ClosestPoint> results,
+                         const ClosestPointOptions& options) const {
+    if (points.size() != results.size())
+        throw OptionError(
+            fmt::format("closest points: {} points but room for {} results", points.size(), results.size()));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const ClosestPoint none{.point = {nan, nan, nan}, .distance = nan, .barycentric = {nan, nan, nan}};
+    Stage stage(options.progress, "closest points", points.size());
+    with_threads(options.threads, [&] {
+        for_chunks(points.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+            for (std::uint64_t i = begin; i < end; ++i)
+                results[i] = finite(points[i]) ? data_->find(points[i]) : none;
+            stage.advance(end - begin);
+        });
+    });
+}
+
+std::uint64_t ClosestPoints::memory_bytes() const {
+    return data_->tree.memory_bytes();
+}
+
+}  // namespace its
