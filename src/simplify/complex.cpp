@@ -4,7 +4,9 @@
 #include <array>
 #include <stdexcept>
 
+#include "geometry/vec3.h"
 #include "mesh/points.h"
+#include "octree/morton.h"
 
 namespace its {
 
@@ -20,6 +22,43 @@ std::array<std::uint32_t, 2> others(const Triangle& t, std::uint32_t v) {
     if (t[1] == v) return {t[2], t[0]};
     return {t[0], t[1]};
 }
+
+/// Morton codes of points on a grid of 2²¹ cells a side over their bounds.
+class MortonNumbers {
+public:
+    explicit MortonNumbers(const std::vector<Vec3>& points) {
+        if (points.empty()) return;
+        Vec3 high = low_ = points[0];
+        for (const Vec3& p : points)
+            for (int axis = 0; axis < 3; ++axis) {
+                low_[axis] = std::min(low_[axis], p[axis]);
+                high[axis] = std::max(high[axis], p[axis]);
+            }
+        const double side = std::max({high.x - low_.x, high.y - low_.y, high.z - low_.z});
+        if (side > 0) cells_ = 0x1p21 / side;
+    }
+
+    /// The numbers 0 … count − 1 by the codes of their points, equal ones ascending.
+    template <class Point>
+    std::vector<std::uint32_t> order(std::size_t count, Point&& point) const {
+        std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec3 p = point(i);
+            Cell cell;
+            for (int axis = 0; axis < 3; ++axis)
+                cell[axis] = std::uint32_t(std::clamp((p[axis] - low_[axis]) * cells_, 0.0, 0x1p21 - 1));
+            keys[i] = {morton_encode(cell), std::uint32_t(i)};
+        }
+        std::sort(keys.begin(), keys.end());
+        std::vector<std::uint32_t> numbers(count);
+        for (std::size_t i = 0; i < count; ++i) numbers[i] = keys[i].second;
+        return numbers;
+    }
+
+private:
+    Vec3 low_;
+    double cells_ = 0;
+};
 
 bool has(const Triangle& t, std::uint32_t v) {
     return t[0] == v || t[1] == v || t[2] == v;
@@ -37,21 +76,37 @@ bool has_fork(const std::vector<std::array<std::uint32_t, 2>>& links) {
 }  // namespace
 
 Complex::Complex(const Mesh& mesh) {
+    // Distinct positions and triangles, both in Morton order: what is near in space is near in memory.
     PointIndex index(std::min(mesh.vertices.size(), 3 * mesh.triangles.size()));
-    std::vector<std::uint32_t> number(mesh.vertices.size(), no_index);
+    std::vector<std::uint32_t> number(mesh.vertices.size(), no_index), source;
     triangle_.reserve(mesh.triangles.size());
     for (const Triangle& corners : mesh.triangles) {
         Triangle t = corners;
         for (std::uint32_t& v : t) {
             if (number[v] == no_index) {
                 number[v] = index.insert(mesh.vertices[v]);
-                if (index.size() > source_.size()) source_.push_back(v);
+                if (index.size() > source.size()) source.push_back(v);
             }
             v = number[v];
         }
         triangle_.push_back(t);
     }
-    position_ = index.points();
+    const MortonNumbers codes(index.points());
+    std::vector<std::uint32_t> rank(index.size());
+    for (const std::uint32_t v : codes.order(index.size(), [&](std::size_t i) { return index.points()[i]; })) {
+        rank[v] = std::uint32_t(position_.size());
+        position_.push_back(index.points()[v]);
+        source_.push_back(source[v]);
+    }
+    std::vector<Triangle> unsorted;
+    unsorted.swap(triangle_);
+    triangle_.resize(unsorted.size());
+    const auto centroid = [&](std::size_t t) {
+        const auto& p = index.points();
+        return (1.0 / 3.0) * (p[unsorted[t][0]] + p[unsorted[t][1]] + p[unsorted[t][2]]);
+    };
+    for (std::size_t t = 0; const std::uint32_t i : codes.order(unsorted.size(), centroid))
+        triangle_[t++] = {rank[unsorted[i][0]], rank[unsorted[i][1]], rank[unsorted[i][2]]};
     living_ = triangle_.size();
     head_.assign(position_.size(), no_index);
     next_.assign(3 * triangle_.size(), no_index);

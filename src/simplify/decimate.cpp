@@ -178,6 +178,7 @@ void Decimator::step(double tolerance) {
     }
     const CollapseRule::Verdict verdict = rule_.test(collapse, mesh_, tolerance);
     if (!verdict.allowed) {
+        ++refusals_;
         refused_.push_back({candidate, collapses_, verdict.need});
         return;
     }

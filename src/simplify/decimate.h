@@ -51,11 +51,13 @@ public:
     /// again with a larger tolerance. Returns whether `faces` was reached.
     /// \param progress  called now and then with the triangles left; \throws what it throws
     template <class Report>
-    bool run(std::uint64_t faces, double tolerance, Report&& progress) {
+    bool run(std::uint64_t faces, double tolerance, Report&& progress, double alpha = 1e300) {
         revive(tolerance);
+        refusals_ = 0;
         for (;;) {
             while (!heap_.empty() && mesh_.living_triangles() > faces) {
                 step(tolerance);
+                if (refusals_ > alpha * mesh_.living_triangles()) return false;
                 if ((++steps_ & 1023) == 0) progress(mesh_.living_triangles());
             }
             if (mesh_.living_triangles() <= faces) return true;
@@ -105,6 +107,7 @@ private:
     std::vector<std::uint64_t> last_change_; ///< number of the last collapse that changed the vertex's star
     std::vector<Candidate> heap_;
     std::vector<Refused> refused_;
+    std::uint64_t refusals_ = 0;
     std::uint64_t collapses_ = 0, steps_ = 0, tests_ = 0;
     std::vector<std::uint32_t> ring_, around_;
     std::vector<std::array<Vec3, 3>> corners_;

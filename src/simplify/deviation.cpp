@@ -8,7 +8,7 @@ namespace its {
 namespace {
 
 constexpr std::size_t max_targets = 64;  // bits of a mask
-constexpr std::size_t max_pieces = 48;   // of one triangle; a proof that needs more is given up
+constexpr std::size_t max_pieces = 96;   // of one triangle; a proof that needs more is given up
 constexpr int max_halvings = 12;         // in search of a point near to two targets
 constexpr std::size_t block = 64;        // points measured between two looks at the result
 
@@ -78,74 +78,99 @@ struct Core {
 }  // namespace
 
 Deviation::Deviation(const Complex& original) {
-    const std::uint64_t triangles = original.triangles();
-    position_.resize(original.vertices());
-    for (std::uint32_t v = 0; v < position_.size(); ++v) {
-        position_[v] = original.position(v);
-        for (int axis = 0; axis < 3; ++axis) size_ = std::max(size_, std::abs(position_[v][axis]));
+    vertex_.resize(original.vertices());
+    for (std::uint32_t v = 0; v < vertex_.size(); ++v) {
+        vertex_[v].at = original.position(v);
+        for (int axis = 0; axis < 3; ++axis) size_ = std::max(size_, std::abs(vertex_[v].at[axis]));
     }
     // New vertices lie within the tolerance of the original, and the tolerance within its size.
     size_ *= 2;
     rounding_ = distance_roundings * unit_roundoff * size_;
-    triangle_.resize(triangles);
-    edges_.resize(triangles);
-    for (std::uint32_t t = 0; t < triangles; ++t) triangle_[t] = original.triangle(t);
+    const std::uint64_t triangles = original.triangles();
+    original_.resize(triangles);
+    list_of_face_.resize(triangles);
+    list_.resize(triangles);
+    face_mark_.assign(triangles, 0);
     for (std::uint32_t t = 0; t < triangles; ++t) {
+        Original& o = original_[t];
+        o.corner = original.triangle(t);
+        o.witness = {t, no_index, no_index, no_index};
+        list_of_face_[t] = {t, 1};
+        list_[t] = t;
         for (int k = 0; k < 3; ++k) {
-            const std::uint32_t a = triangle_[t][k], b = triangle_[t][(k + 1) % 3];
+            const std::uint32_t a = o.corner[k], b = o.corner[(k + 1) % 3];
             std::uint32_t others = 0, other = no_index;
             original.for_star(a, [&](std::uint32_t s, std::uint32_t) {
-                const Triangle& c = triangle_[s];
+                const Triangle& c = original.triangle(s);
                 if (s == t || (c[0] != b && c[1] != b && c[2] != b)) return;
                 ++others;
                 other = s;
             });
-            edges_[t].neighbour[k] = others == 1 ? other : no_index;
+            o.neighbour[k] = others == 1 ? other : no_index;
         }
     }
-    first_of_face_.assign(triangles, no_index);
-    first_of_triangle_.assign(triangles, no_index);
-    for (auto* mark : {&triangle_mark_, &face_mark_, &flood_mark_}) mark->assign(triangles, 0);
-    vertex_mark_.assign(position_.size(), 0);
-    local_.resize(position_.size());
-    for (std::uint32_t t = 0; t < triangles; ++t) register_witness(t, t);
+    listed_ = triangles;
 }
 
-void Deviation::register_witness(std::uint32_t triangle, std::uint32_t face) {
-    std::uint32_t link = free_link_;
-    if (link == no_index) {
-        link = std::uint32_t(links_.size());
-        links_.emplace_back();
-    } else {
-        free_link_ = links_[link].next_of_face;
+/// fn(face) for each witness.
+template <class F>
+void Deviation::for_witnesses(const Original& t, F&& fn) const {
+    for (const std::uint32_t f : t.witness)
+        if (f != no_index) fn(f);
+    if (t.more != no_index)
+        for (const std::uint32_t f : more_[t.more]) fn(f);
+}
+
+template <class Keep>
+void Deviation::filter_witnesses(Original& t, Keep&& keep) {
+    for (std::uint32_t& f : t.witness)
+        if (f != no_index && !keep(f)) f = no_index;
+    if (t.more != no_index) std::erase_if(more_[t.more], [&](std::uint32_t f) { return !keep(f); });
+}
+
+/// Returns whether the face was no witness before.
+bool Deviation::add_witness(Original& t, std::uint32_t face) {
+    bool known = false;
+    for_witnesses(t, [&](std::uint32_t f) { known |= f == face; });
+    if (known) return false;
+    for (std::uint32_t& f : t.witness)
+        if (f == no_index) {
+            f = face;
+            return true;
+        }
+    if (t.more == no_index) {
+        t.more = std::uint32_t(more_.size());
+        more_.emplace_back();
     }
-    links_[link] = {triangle, face, first_of_face_[face], first_of_triangle_[triangle]};
-    first_of_face_[face] = link;
-    first_of_triangle_[triangle] = link;
+    more_[t.more].push_back(face);
+    return true;
 }
 
 /// The original triangles with a witness in the ring, and their vertices.
 void Deviation::gather(std::span<const std::uint32_t> ring) {
     ++epoch_;
     region_.clear();
-    region_point_triangle_.clear();
     for (auto* v : {&x_, &y_, &z_}) v->clear();
     for (const std::uint32_t f : ring) face_mark_[f] = epoch_;
     for (const std::uint32_t f : ring) {
-        for (std::uint32_t l = first_of_face_[f]; l != no_index; l = links_[l].next_of_face) {
-            const std::uint32_t t = links_[l].triangle;
-            if (triangle_mark_[t] == epoch_) continue;
-            triangle_mark_[t] = epoch_;
+        const List list = list_of_face_[f];
+        for (std::uint32_t i = 0; i < list.count; ++i) {
+            const std::uint32_t t = list_[list.begin + i];
+            Original& o = original_[t];
+            if (o.mark == epoch_) continue;
+            o.mark = epoch_;
             region_.push_back(t);
-            for (const std::uint32_t v : triangle_[t]) {
-                if (vertex_mark_[v] == epoch_) continue;
-                vertex_mark_[v] = epoch_;
-                local_[v] = std::uint32_t(x_.size());
-                x_.push_back(position_[v].x);
-                y_.push_back(position_[v].y);
-                z_.push_back(position_[v].z);
-                region_point_triangle_.push_back(t);
-            }
+        }
+    }
+    for (const std::uint32_t t : region_) {
+        for (const std::uint32_t v : original_[t].corner) {
+            Vertex& p = vertex_[v];
+            if (p.mark == epoch_) continue;
+            p.mark = epoch_;
+            p.local = std::uint32_t(x_.size());
+            x_.push_back(p.at.x);
+            y_.push_back(p.at.y);
+            z_.push_back(p.at.z);
         }
     }
 }
@@ -153,15 +178,14 @@ void Deviation::gather(std::span<const std::uint32_t> ring) {
 /// Targets that stay as they are: the region's witnesses outside the ring. False if there are too many.
 bool Deviation::add_other_witnesses(const Complex& current) {
     for (const std::uint32_t t : region_) {
-        for (std::uint32_t l = first_of_triangle_[t]; l != no_index; l = links_[l].next_of_triangle) {
-            const std::uint32_t f = links_[l].face;
-            if (face_mark_[f] == epoch_) continue;
+        for_witnesses(original_[t], [&](std::uint32_t f) {
+            if (face_mark_[f] == epoch_) return;
             face_mark_[f] = epoch_;
             const Triangle& c = current.triangle(f);
             target_face_.push_back(f);
             target_.push_back(
                 make_frame(current.position(c[0]), current.position(c[1]), current.position(c[2])));
-        }
+        });
     }
     return target_.size() <= max_targets;
 }
@@ -186,10 +210,13 @@ double Deviation::measure_points(std::size_t) {
 }
 
 std::uint64_t Deviation::near_targets(const Vec3& p, std::span<const Frame> targets,
-                                      std::span<const EdgeTerms> terms) const {
+                                      std::span<const EdgeTerms> terms, std::uint64_t among) const {
+    if (targets.size() < max_targets) among &= (std::uint64_t{1} << targets.size()) - 1;
     std::uint64_t near = 0;
-    for (std::size_t j = 0; j < targets.size(); ++j)
-        if (squared_distance(targets[j], terms[j], p) <= limit2_) near |= std::uint64_t{1} << j;
+    for (; among != 0; among &= among - 1) {
+        const auto j = std::size_t(std::countr_zero(among));
+        if (squared_distance(targets[j], terms[j], p) <= limit2_) near |= among & -among;
+    }
     return near;
 }
 
@@ -221,13 +248,18 @@ bool Deviation::cover(std::array<Vec3, 3> corner, std::array<std::uint64_t, 3> n
         }
         const int i = edge, j = (edge + 1) % 3, k = (edge + 2) % 3;
         Vec3 low = p.corner[i], high = p.corner[j], at = 0.5 * (low + high);
-        std::uint64_t near_at = near_targets(at, targets, terms);
+        // First among those near the ends; others only if there is none.
+        const auto look = [&] {
+            const std::uint64_t near_ends = near_targets(at, targets, terms, p.near[i] | p.near[j]);
+            return near_ends != 0 ? near_ends : near_targets(at, targets, terms, ~(p.near[i] | p.near[j]));
+        };
+        std::uint64_t near_at = look();
         for (int step = 0; step < max_halvings && near_at != 0; ++step) {
-            const bool first = (near_at & p.near[i]) != 0, second = (near_at & p.near[j]) != 0;
-            if (first == second) break;  // both: found; neither: other targets lie between
-            (first ? low : high) = at;
+            const bool left = (near_at & p.near[i]) != 0, right = (near_at & p.near[j]) != 0;
+            if (left == right) break;  // both: found; neither: other targets lie between
+            (left ? low : high) = at;
             at = 0.5 * (low + high);
-            near_at = near_targets(at, targets, terms);
+            near_at = look();
         }
         if (near_at == 0) return false;
         pieces_.push_back({{p.corner[i], at, p.corner[k]}, {p.near[i], near_at, p.near[k]}});
@@ -240,18 +272,18 @@ bool Deviation::cover(std::array<Vec3, 3> corner, std::array<std::uint64_t, 3> n
 bool Deviation::cover_originals(std::size_t& failed) {
     witness_.clear();
     for (std::size_t i = 0; i < region_.size(); ++i) {
-        const Triangle& t = triangle_[region_[i]];
-        const std::array<std::uint64_t, 3> near = {near_[local_[t[0]]], near_[local_[t[1]]], near_[local_[t[2]]]};
+        const Triangle& t = original_[region_[i]].corner;
+        const std::array<std::uint64_t, 3> near = {near_[vertex_[t[0]].local], near_[vertex_[t[1]].local], near_[vertex_[t[2]].local]};
         const std::uint64_t all = near[0] & near[1] & near[2];
         std::uint64_t used = 0;
         if (all != 0) {
             used = std::uint64_t{1} << std::countr_zero(all);
-        } else if (!cover({position_[t[0]], position_[t[1]], position_[t[2]]}, near, target_, terms_, used)) {
+        } else if (!cover({vertex_[t[0]].at, vertex_[t[1]].at, vertex_[t[2]].at}, near, target_, terms_, used)) {
             failed = i;
             return false;
         }
         for (; used != 0; used &= used - 1)
-            witness_.push_back({region_[i], target_face_[std::size_t(std::countr_zero(used))]});
+            witness_.push_back({region_[i], std::uint32_t(std::countr_zero(used))});
     }
     return true;
 }
@@ -273,7 +305,7 @@ bool Deviation::cover_by_projection(const Frame& face, std::size_t number, doubl
     const auto project = [&](std::uint32_t t) {
         Shadow s;
         for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 l = face.local(position_[triangle_[t][k]]);
+            const Vec3 l = face.local(vertex_[original_[t].corner[k]].at);
             s.x[k] = l.x, s.y[k] = l.y, s.z[k] = l.z;
         }
         return s;
@@ -338,8 +370,8 @@ bool Deviation::cover_by_projection(const Frame& face, std::size_t number, doubl
         std::uint32_t seed = no_index;
         for (int pass = 0; pass < 2 && seed == no_index; ++pass) {
             for (const std::uint32_t t : region_) {
-                const Triangle& c = triangle_[t];
-                const std::uint64_t all = near_[local_[c[0]]] & near_[local_[c[1]]] & near_[local_[c[2]]] & bit;
+                const Triangle& c = original_[t].corner;
+                const std::uint64_t all = near_[vertex_[c[0]].local] & near_[vertex_[c[1]].local] & near_[vertex_[c[2]].local] & bit;
                 if ((all != 0) != (pass == 0)) continue;
                 const Shadow s = project(t);
                 if (covers(s, px, py) == 1 && low_over_core(s)) {
@@ -353,7 +385,7 @@ bool Deviation::cover_by_projection(const Frame& face, std::size_t number, doubl
         ++flood_epoch_;
         flood_.clear();
         flood_.push_back(seed);
-        flood_mark_[seed] = flood_epoch_;
+        original_[seed].flood_mark = flood_epoch_;
         int parity = 0;
         bool sure = true;
         for (std::size_t done = 0; done < flood_.size(); ++done) {
@@ -367,10 +399,10 @@ bool Deviation::cover_by_projection(const Frame& face, std::size_t number, doubl
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::size_t m = (k + 1) % 3;
                 if ((code[k] & code[m]) != 0 || core.beside(s.x[k], s.y[k], s.x[m], s.y[m], margin)) continue;
-                const std::uint32_t neighbour = edges_[flood_[done]].neighbour[k];
+                const std::uint32_t neighbour = original_[flood_[done]].neighbour[k];
                 if (neighbour == no_index) return false;
-                if (flood_mark_[neighbour] == flood_epoch_) continue;
-                flood_mark_[neighbour] = flood_epoch_;
+                if (original_[neighbour].flood_mark == flood_epoch_) continue;
+                original_[neighbour].flood_mark = flood_epoch_;
                 flood_.push_back(neighbour);
             }
         }
@@ -388,8 +420,8 @@ bool Deviation::cover_by_pieces(const Frame& face) {
     candidates_.clear();
     candidate_terms_.clear();
     for (const std::uint32_t t : region_) {
-        const Triangle& c = triangle_[t];
-        const Frame f = make_frame(position_[c[0]], position_[c[1]], position_[c[2]]);
+        const Triangle& c = original_[t].corner;
+        const Frame f = make_frame(vertex_[c[0]].at, vertex_[c[1]].at, vertex_[c[2]].at);
         const EdgeTerms e(f);
         if (squared_distance(f, e, centre) > reach * reach) continue;
         if (candidates_.size() == max_targets) return false;
@@ -399,7 +431,7 @@ bool Deviation::cover_by_pieces(const Frame& face) {
     const std::array<Vec3, 3> corner = {face.a, face.b(), face.c()};
     std::array<std::uint64_t, 3> near;
     for (std::size_t k = 0; k < 3; ++k) {
-        near[k] = near_targets(corner[k], candidates_, candidate_terms_);
+        near[k] = near_targets(corner[k], candidates_, candidate_terms_, ~std::uint64_t{0});
         if (near[k] == 0) return false;
     }
     std::uint64_t used = 0;
@@ -430,33 +462,45 @@ Deviation::Verdict Deviation::test(std::span<const std::uint32_t> ring, std::spa
 }
 
 void Deviation::accept() {
-    // The lists of the old faces go as a whole; those of the region's triangles lose these links.
-    for (const std::uint32_t f : old_faces_) face_mark_[f] = epoch_ + 1;
     ++epoch_;
-    for (const std::uint32_t t : region_) {
-        std::uint32_t* link = &first_of_triangle_[t];
-        while (*link != no_index) {
-            if (face_mark_[links_[*link].face] == epoch_)
-                *link = links_[*link].next_of_triangle;
-            else
-                link = &links_[*link].next_of_triangle;
-        }
-    }
     for (const std::uint32_t f : old_faces_) {
-        std::uint32_t last = no_index;
-        for (std::uint32_t l = first_of_face_[f]; l != no_index; l = links_[l].next_of_face) last = l;
-        if (last != no_index) {
-            links_[last].next_of_face = free_link_;
-            free_link_ = first_of_face_[f];
-        }
-        first_of_face_[f] = no_index;
+        face_mark_[f] = epoch_;
+        listed_ -= list_of_face_[f].count;
+        list_of_face_[f].count = 0;
     }
-    for (const auto& [t, f] : witness_) {
-        bool known = false;
-        for (std::uint32_t l = first_of_triangle_[t]; l != no_index; l = links_[l].next_of_triangle)
-            known |= links_[l].face == f;
-        if (!known) register_witness(t, f);
+    for (const std::uint32_t t : region_)
+        filter_witnesses(original_[t], [&](std::uint32_t f) { return face_mark_[f] != epoch_; });
+    std::erase_if(witness_, [&](const Witness& w) {
+        return !add_witness(original_[w.triangle], target_face_[w.target]);
+    });
+    // The lists of the targets that get more are written anew, at the end.
+    std::array<std::uint32_t, max_targets> more{};
+    for (const Witness& w : witness_) ++more[w.target];
+    for (std::size_t j = 0; j < target_.size(); ++j) {
+        if (more[j] == 0) continue;
+        List& list = list_of_face_[target_face_[j]];
+        const std::uint64_t from = list.begin;
+        list.begin = list_.size();
+        for (std::uint32_t i = 0; i < list.count; ++i) list_.push_back(list_[from + i]);
+        list_.resize(list_.size() + more[j]);
+        listed_ += more[j];
     }
+    for (const Witness& w : witness_) {
+        List& list = list_of_face_[target_face_[w.target]];
+        list_[list.begin + list.count++] = w.triangle;
+    }
+    if (list_.size() > 4 * listed_ + 65536) compact_lists();
+}
+
+void Deviation::compact_lists() {
+    std::vector<std::uint32_t> lists;
+    lists.reserve(2 * listed_);
+    for (List& list : list_of_face_) {
+        const auto from = list_.begin() + std::ptrdiff_t(list.begin);
+        list.begin = lists.size();
+        lists.insert(lists.end(), from, from + std::ptrdiff_t(list.count));
+    }
+    list_.swap(lists);
 }
 
 }  // namespace its

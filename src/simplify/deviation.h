@@ -41,12 +41,24 @@ public:
     void validate(const Complex& current, double tolerance) const;
 
 private:
-    struct Link {
-        std::uint32_t triangle, face;
-        std::uint32_t next_of_face, next_of_triangle;
-    };
-    struct Edges {
+    static constexpr std::size_t near_witnesses = 4;
+
+    /// A triangle of the original: all that the inner loops need of it in one cache line.
+    struct alignas(64) Original {
+        Triangle corner;
         std::array<std::uint32_t, 3> neighbour;  ///< across edge (k, k + 1); no_index at boundary and forks
+        std::uint32_t mark = 0, flood_mark = 0;
+        std::array<std::uint32_t, near_witnesses> witness;  ///< faces; no_index past the last
+        std::uint32_t more = no_index;                      ///< where in more_ the others stand
+    };
+    struct alignas(32) Vertex {
+        Vec3 at;
+        std::uint32_t mark = 0, local = 0;  ///< local: number in the region
+    };
+    /// A face's original triangles: list_[begin … begin + count).
+    struct List {
+        std::uint64_t begin = 0;
+        std::uint32_t count = 0;
     };
     struct Piece {
         std::array<Vec3, 3> corner;
@@ -63,31 +75,38 @@ private:
     bool cover_by_projection(const Frame& face, std::size_t number, double inset);
     bool cover_by_pieces(const Frame& face);
     std::uint64_t near_targets(const Vec3& p, std::span<const Frame> targets,
-                               std::span<const EdgeTerms> terms) const;
-    void register_witness(std::uint32_t triangle, std::uint32_t face);
+                               std::span<const EdgeTerms> terms, std::uint64_t among) const;
+    template <class F>
+    void for_witnesses(const Original& t, F&& fn) const;
+    template <class Keep>
+    void filter_witnesses(Original& t, Keep&& keep);
+    bool add_witness(Original& t, std::uint32_t face);
+    void compact_lists();
 
-    std::vector<Vec3> position_;
-    std::vector<Triangle> triangle_;
-    std::vector<Edges> edges_;
+    std::vector<Vertex> vertex_;
+    std::vector<Original> original_;
     double size_ = 0, rounding_ = 0;
 
-    std::vector<Link> links_;
-    std::uint32_t free_link_ = no_index;
-    std::vector<std::uint32_t> first_of_face_, first_of_triangle_;
+    std::vector<List> list_of_face_;
+    std::vector<std::uint32_t> list_;
+    std::uint64_t listed_ = 0;  ///< entries of list_ that are in use
+    std::vector<std::vector<std::uint32_t>> more_;  ///< further witnesses of triangles with many
 
     // Scratch of one test.
     double limit_ = 0, limit2_ = 0;
     std::uint32_t epoch_ = 0;
-    std::vector<std::uint32_t> triangle_mark_, vertex_mark_, face_mark_, flood_mark_;
     std::uint32_t flood_epoch_ = 0;
-    std::vector<std::uint32_t> local_;                 ///< of a vertex: its number in the region
-    std::vector<std::uint32_t> region_, region_point_triangle_;
+    std::vector<std::uint32_t> face_mark_, region_;
     std::vector<double> x_, y_, z_, distance2_;
     std::vector<std::uint64_t> near_;
     std::vector<std::uint32_t> old_faces_, target_face_;
     std::vector<Frame> target_;
     std::vector<EdgeTerms> terms_;
-    std::vector<std::array<std::uint32_t, 2>> witness_;  ///< (original triangle, face)
+    struct Witness {
+        std::uint32_t triangle, target;
+    };
+    std::vector<Witness> witness_;
+    std::size_t new_faces_ = 0;  ///< the first of the targets
     std::vector<Piece> pieces_;
     std::vector<std::uint32_t> flood_;
     std::vector<Frame> candidates_;

@@ -1,6 +1,7 @@
 #include "its/simplify.h"
 
 #include <cmath>
+#include <ctime>
 #include <cstdlib>
 
 #include "base/parallel.h"
@@ -56,7 +57,7 @@ double env(const char* n, double d) { const char* s = getenv(n); return s ? atof
 }  // namespace
 
 Simplified simplify(const Mesh& mesh, const SimplifyOptions& options) {
-    const Stopwatch watch;
+    const clock_t watch = clock();
     Complex complex(mesh);
     Simplified result;
     result.report.faces_before = complex.living_triangles();
@@ -75,20 +76,20 @@ Simplified simplify(const Mesh& mesh, const SimplifyOptions& options) {
         } else {
             const Box b = inspect(mesh).bounds;
             const double diagonal = std::sqrt(std::pow(b.max.x - b.min.x, 2) + std::pow(b.max.y - b.min.y, 2) + std::pow(b.max.z - b.min.z, 2));
-            double tolerance = diagonal * env("T0", 1e-5);
+            int levels=0; double tolerance = diagonal * env("T0", 1e-5);
             const double ratio = env("RATIO", 1.25);
-            while (!d.run(*options.faces, tolerance, none)) {
+            while (!d.run(*options.faces, tolerance, none, env("ALPHA",1e300))) {
                 const double next = d.next_tolerance(tolerance);
                 if (next == infinity) break;
-                tolerance = std::max(tolerance * ratio, next);
+                tolerance = std::max(tolerance * ratio, next); ++levels;
             }
-            result.report.tolerance = tolerance;
+            result.report.tolerance = tolerance; printf("levels %d ", levels);
         }
         result.report.tests = d.tests();
     }
     result.mesh = extract(complex);
     result.report.faces_after = complex.living_triangles();
-    result.report.seconds = watch.seconds();
+    result.report.seconds = double(clock()-watch)/CLOCKS_PER_SEC;
     return result;
 }
 
