@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <stdexcept>
 
 #include "geometry/vec3.h"
@@ -68,7 +69,8 @@ bool has(const Triangle& t, std::uint32_t v) {
 bool has_fork(const std::vector<std::array<std::uint32_t, 2>>& links) {
     for (const auto& link : links)
         for (const std::uint32_t w : link)
-            if (std::count_if(links.begin(), links.end(), [w](const auto& l) { return l[0] == w || l[1] == w; }) > 2)
+            if (std::count_if(links.begin(), links.end(),
+                              [w](const auto& l) { return l[0] == w || l[1] == w; }) > 2)
                 return true;
     return false;
 }
@@ -240,6 +242,61 @@ std::uint32_t Complex::triangles_at_edge(std::uint32_t u, std::uint32_t v) const
     std::uint32_t count = 0;
     for_star(u, [&](std::uint32_t t, std::uint32_t) { count += has(triangle_[t], v) ? 1 : 0; });
     return count;
+}
+
+bool Complex::round_to_single() {
+    bool changed = false;
+    for (Vec3& p : position_)
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto rounded = double(float(p[axis]));
+            changed |= rounded != p[axis];
+            p[axis] = rounded;
+        }
+    return changed;
+}
+
+std::uint64_t Complex::fewest_triangles() const {
+    // Components by union of vertices.
+    std::vector<std::uint32_t> parent(position_.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t v) {
+        while (parent[v] != v) v = parent[v] = parent[parent[v]];
+        return v;
+    };
+    for (std::uint32_t t = 0; t < triangles(); ++t) {
+        if (!has_triangle(t)) continue;
+        for (int k = 1; k < 3; ++k) {
+            const std::uint32_t a = root(triangle_[t][0]), b = root(triangle_[t][k]);
+            parent[std::max(a, b)] = std::min(a, b);
+        }
+    }
+    struct Component {
+        std::int64_t vertices = 0, triangles = 0;
+        bool closed = true;
+    };
+    std::vector<Component> component(position_.size());
+    for (std::uint32_t v = 0; v < position_.size(); ++v) {
+        if (!has_vertex(v)) continue;
+        Component& c = component[root(v)];
+        ++c.vertices;
+        c.closed &= kind_[v] == Kind::inner;
+    }
+    for (std::uint32_t t = 0; t < triangles(); ++t)
+        if (has_triangle(t)) ++component[root(triangle_[t][0])].triangles;
+    std::uint64_t fewest = 0;
+    for (const Component& c : component) {
+        if (c.triangles == 0) continue;
+        if (!c.closed) {
+            ++fewest;
+            continue;
+        }
+        // E = 3F/2, so χ = V − F/2, and E ≤ V(V − 1)/2 is V² − 7V + 6χ ≥ 0.
+        const std::int64_t euler = c.vertices - c.triangles / 2;
+        std::int64_t v = 4;
+        while (v * v - 7 * v + 6 * euler < 0) ++v;
+        fewest += std::uint64_t(2 * (v - euler));
+    }
+    return fewest;
 }
 
 void Complex::validate() const {

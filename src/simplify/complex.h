@@ -21,8 +21,8 @@ public:
     /// never go.
     explicit Complex(const Mesh& mesh);
 
-    std::uint64_t vertices() const { return position_.size(); }     ///< gone ones included
-    std::uint64_t triangles() const { return triangle_.size(); }    ///< gone ones included
+    std::uint64_t vertices() const { return position_.size(); }   ///< gone ones included
+    std::uint64_t triangles() const { return triangle_.size(); }  ///< gone ones included
     std::uint64_t living_triangles() const { return living_; }
     const Vec3& position(std::uint32_t v) const { return position_[v]; }
     const Triangle& triangle(std::uint32_t t) const { return triangle_[t]; }
@@ -50,6 +50,13 @@ public:
     /// Merges u into v, which moves to `to`; the `shared` first triangles of their ring go.
     void merge(std::uint32_t u, std::uint32_t v, const Vec3& to, std::span<const std::uint32_t> triangles,
                std::uint32_t shared);
+
+    /// Rounds all coordinates to 32-bit numbers. Returns whether any changed.
+    bool round_to_single();
+
+    /// The fewest triangles that any mesh with these components and their topology has, by Euler's formula and
+    /// the number of edges between that many vertices (Heawood); fixed and open parts count 1 each.
+    std::uint64_t fewest_triangles() const;
 
     /// Throws std::logic_error at the first broken invariant; for tests.
     void validate() const;

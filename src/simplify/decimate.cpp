@@ -8,8 +8,8 @@ namespace its {
 namespace {
 
 /// Weight of the squared distance to a vertex, relative to that of the planes around it. It breaks the ties of
-/// flat regions, where all collapses cost nothing, in favour of short edges and round triangles, and makes every
-/// quadric positive definite.
+/// flat regions, where all collapses cost nothing, in favour of short edges and round triangles, and makes
+/// every quadric positive definite.
 constexpr double point_weight = 1e-5;
 
 /// Weight of the planes through boundary edges, upright on their triangles; relative to length².
@@ -22,7 +22,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-Decimator::Decimator(Complex& mesh, CollapseRule& rule) : mesh_(mesh), rule_(rule) {
+Decimator::Decimator(Complex& mesh, CollapseRule& rule, bool single_precision)
+    : mesh_(mesh), rule_(rule), single_precision_(single_precision) {
     Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
     for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -82,8 +83,8 @@ void Decimator::sum_quadrics() {
             const Vec3 upright = cross(along, unit);
             const double length = norm(upright);
             if (!(length > 0)) continue;
-            const Quadric edge =
-                plane_quadric((1 / length) * upright, scaled(mesh_.position(a)), boundary_weight * length * length);
+            const Quadric edge = plane_quadric((1 / length) * upright, scaled(mesh_.position(a)),
+                                               boundary_weight * length * length);
             quadric_[a] += edge;
             quadric_[b] += edge;
         }
@@ -93,7 +94,8 @@ void Decimator::sum_quadrics() {
     for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
         Quadric& q = quadric_[v];
         q += point_quadric(scaled(mesh_.position(v)), point_weight * area[v]);
-        q = {unit * q.xx, unit * q.xy, unit * q.xz, unit * q.yy, unit * q.yz, unit * q.zz, unit * q.b, unit * q.c};
+        q = {unit * q.xx, unit * q.xy, unit * q.xz, unit * q.yy,
+             unit * q.yz, unit * q.zz, unit * q.b,  unit * q.c};
     }
 }
 
@@ -119,6 +121,7 @@ double Decimator::place(std::uint32_t u, std::uint32_t v, Vec3& to) const {
     consider(p);
     consider(r);
     to = best == p ? mesh_.position(u) : best == r ? mesh_.position(v) : centre_ + scale_ * best;
+    if (single_precision_) to = {double(float(to.x)), double(float(to.y)), double(float(to.z))};
     return cost;
 }
 
@@ -140,10 +143,8 @@ bool Decimator::flips(const Collapse& collapse) const {
         const Vec3 before = cross(mesh_.position(t[1]) - p, mesh_.position(t[2]) - p);
         const auto& c = collapse.corners[i];
         const Vec3 after = cross(c[1] - c[0], c[2] - c[0]);
-        const double along = dot(before, after);
-        const double both = dot(before, before) * dot(after, after);
-        if (dot(before, before) > 0 && !(along > 0 && along * along > least_cosine * least_cosine * both))
-            return true;
+        const double length = norm(before);
+        if (length > 0 && !(dot(before, after) > least_cosine * length * norm(after))) return true;
     }
     return false;
 }
@@ -158,7 +159,7 @@ void Decimator::step(double tolerance) {
     ring_.clear();
     const std::uint32_t shared = mesh_.ring(u, v, ring_);
     if (!mesh_.can_merge(u, v, ring_, shared)) {
-        refused_.push_back({candidate, collapses_, 0});
+        refused_.push_back({candidate, collapses_, infinity});
         return;
     }
     Collapse collapse{.u = u, .v = v, .to = {}, .ring = ring_, .shared = shared, .corners = {}};
@@ -173,12 +174,11 @@ void Decimator::step(double tolerance) {
     }
     collapse.corners = corners_;
     if (flips(collapse)) {
-        refused_.push_back({candidate, collapses_, 0});
+        refused_.push_back({candidate, collapses_, infinity});
         return;
     }
     const CollapseRule::Verdict verdict = rule_.test(collapse, mesh_, tolerance);
     if (!verdict.allowed) {
-        ++refusals_;
         refused_.push_back({candidate, collapses_, verdict.need});
         return;
     }
@@ -187,8 +187,9 @@ void Decimator::step(double tolerance) {
 
 void Decimator::make(const Collapse& collapse) {
     const std::uint32_t u = collapse.u, v = collapse.v;
-    rule_.accept();
+    rule_.accept(collapse, mesh_);
     mesh_.merge(u, v, collapse.to, collapse.ring, collapse.shared);
+    rule_.made(collapse, mesh_);
     quadric_[v] += quadric_[u];
     ++stamp_[v];
     ++collapses_;
@@ -205,15 +206,13 @@ void Decimator::make(const Collapse& collapse) {
     }
 }
 
-/// Puts back the refused collapses that may now be allowed. Returns whether there are any.
+/// Puts back the refused collapses that may now be allowed. Returns whether there is anything to try.
 bool Decimator::revive(double tolerance) {
     std::size_t kept = 0;
-    const std::size_t before = heap_.size();
     for (const Refused& r : refused_) {
         if (!is_current(r.candidate)) continue;
         const bool changed = std::max(last_change_[r.candidate.u], last_change_[r.candidate.v]) > r.when;
-        const bool may = r.need > 0 && r.need <= tolerance;
-        if (changed || may) {
+        if (changed || r.need <= tolerance) {
             heap_.push_back(r.candidate);
             std::push_heap(heap_.begin(), heap_.end());
         } else {
@@ -221,7 +220,7 @@ bool Decimator::revive(double tolerance) {
         }
     }
     refused_.resize(kept);
-    return heap_.size() > before;
+    return !heap_.empty();
 }
 
 double Decimator::next_tolerance(double tolerance) const {

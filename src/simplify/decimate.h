@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -16,7 +17,7 @@ namespace its {
 struct Collapse {
     std::uint32_t u, v;
     Vec3 to;
-    std::span<const std::uint32_t> ring;   ///< triangles around u or v; the first `shared` vanish
+    std::span<const std::uint32_t> ring;  ///< triangles around u or v; the first `shared` vanish
     std::uint32_t shared;
     std::span<const std::array<Vec3, 3>> corners;  ///< of each of the others, after the collapse
 
@@ -26,56 +27,63 @@ struct Collapse {
 /// What may be collapsed, besides topology.
 class CollapseRule {
 public:
+    static constexpr double infinite = std::numeric_limits<double>::infinity();
     struct Verdict {
         bool allowed;
-        double need = 0;  ///< if not allowed: the least tolerance that might allow it; infinite: none
+        double need = infinite;  ///< if not allowed: the least tolerance that might allow it, as things are
     };
     virtual ~CollapseRule() = default;
 
     /// Added to the quadric error; in units of squared length, of the unit box.
-    virtual double extra_cost(const Vec3& to) const { return 0 * to.x; }
+    virtual double extra_cost(const Vec3&) const { return 0; }
 
     /// `tolerance`: mesh units.
     virtual Verdict test(const Collapse& collapse, const Complex& current, double tolerance) = 0;
 
-    /// The collapse tested last is made next.
-    virtual void accept() = 0;
+    /// The collapse tested last is made next; `current` is as it was then.
+    virtual void accept(const Collapse& collapse, const Complex& current) = 0;
+
+    /// It has been made.
+    virtual void made(const Collapse&, const Complex&) {}
 };
 
 /// Collapses edges, cheapest first, and those of equal cost in the order of their vertices' numbers.
 class Decimator {
 public:
-    Decimator(Complex& mesh, CollapseRule& rule);
+    /// \param single_precision  new vertices are rounded to 32-bit numbers
+    Decimator(Complex& mesh, CollapseRule& rule, bool single_precision = false);
 
     /// Collapses until `faces` or fewer are left or no collapse is allowed within the tolerance. May be called
     /// again with a larger tolerance. Returns whether `faces` was reached.
-    /// \param progress  called now and then with the triangles left; \throws what it throws
+    /// \param report  called every 1024 steps with the number of triangles that went since the last time;
+    ///                \throws what it throws
     template <class Report>
-    bool run(std::uint64_t faces, double tolerance, Report&& progress, double alpha = 1e300) {
-        revive(tolerance);
-        refusals_ = 0;
-        for (;;) {
+    bool run(std::uint64_t faces, double tolerance, Report&& report) {
+        std::uint64_t reported = mesh_.living_triangles();
+        while (mesh_.living_triangles() > faces && revive(tolerance)) {
             while (!heap_.empty() && mesh_.living_triangles() > faces) {
                 step(tolerance);
-                if (refusals_ > alpha * mesh_.living_triangles()) return false;
-                if ((++steps_ & 1023) == 0) progress(mesh_.living_triangles());
+                if ((++steps_ & 1023) != 0) continue;
+                report(reported - mesh_.living_triangles());
+                reported = mesh_.living_triangles();
             }
-            if (mesh_.living_triangles() <= faces) return true;
-            if (!revive(tolerance)) return false;
         }
+        report(reported - mesh_.living_triangles());
+        return mesh_.living_triangles() <= faces;
     }
 
     /// The least tolerance above `tolerance` with which a collapse that was refused may be allowed; infinite if
     /// there is none.
     double next_tolerance(double tolerance) const;
 
-    std::uint64_t tests() const { return tests_; }
+    std::uint64_t collapses() const { return collapses_; }
+    std::uint64_t refused() const { return tests_ - collapses_; }
 
 private:
     struct Candidate {
         double cost;
         std::uint32_t u, v;
-        std::uint32_t stamp;  ///< sum of the vertices' stamps when the cost was computed
+        std::uint32_t stamp;                        ///< sum of the vertices' stamps when the cost was computed
         bool operator<(const Candidate& o) const {  // for a heap with the cheapest on top
             return cost != o.cost ? cost > o.cost : u != o.u ? u > o.u : v > o.v;
         }
@@ -100,14 +108,14 @@ private:
 
     Complex& mesh_;
     CollapseRule& rule_;
+    bool single_precision_;
     Vec3 centre_;
     double scale_ = 1;
     std::vector<Quadric> quadric_;
-    std::vector<std::uint32_t> stamp_;       ///< changes with position and quadric
-    std::vector<std::uint64_t> last_change_; ///< number of the last collapse that changed the vertex's star
+    std::vector<std::uint32_t> stamp_;        ///< changes with position and quadric
+    std::vector<std::uint64_t> last_change_;  ///< number of the last collapse that changed the vertex's star
     std::vector<Candidate> heap_;
     std::vector<Refused> refused_;
-    std::uint64_t refusals_ = 0;
     std::uint64_t collapses_ = 0, steps_ = 0, tests_ = 0;
     std::vector<std::uint32_t> ring_, around_;
     std::vector<std::array<Vec3, 3>> corners_;

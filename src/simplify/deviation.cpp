@@ -18,7 +18,8 @@ constexpr double distance_roundings = 256;
 
 /// Squared distances of points to one target: the least so far, and the mask of the targets within the limit.
 ITS_CLONES void measure(const Frame& f, const EdgeTerms& e, const double* x, const double* y, const double* z,
-                        std::size_t count, double limit2, std::uint64_t bit, double* least, std::uint64_t* near) {
+                        std::size_t count, double limit2, std::uint64_t bit, double* least,
+                        std::uint64_t* near) {
     for (std::size_t i = 0; i < count; ++i) {
         const double dx = x[i] - f.a.x, dy = y[i] - f.a.y, dz = z[i] - f.a.z;
         const double lx = dx * f.ex.x + dy * f.ex.y + dz * f.ex.z;
@@ -36,8 +37,7 @@ struct Core {
     double nx[3], ny[3], level[3];  ///< edge k from corner k: inside where nx·x + ny·y ≥ level, unit normal
 
     /// Every corner moves by at most `inset`.
-    Core(const Frame& f, double inset)
-        : x{0, f.bx, f.cx}, y{0, 0, f.cy}, nx{}, ny{}, level{} {
+    Core(const Frame& f, double inset) : x{0, f.bx, f.cx}, y{0, 0, f.cy}, nx{}, ny{}, level{} {
         const double gx = (x[0] + x[1] + x[2]) / 3, gy = (y[0] + y[1] + y[2]) / 3;
         for (int k = 0; k < 3; ++k) {
             const double dx = gx - x[k], dy = gy - y[k], length = std::sqrt(dx * dx + dy * dy);
@@ -220,8 +220,8 @@ std::uint64_t Deviation::near_targets(const Vec3& p, std::span<const Frame> targ
     return near;
 }
 
-/// Proves that every point of a triangle is near some target. The distance to a triangle is convex: what has all
-/// corners near one target is near it. Else it is cut at a point of an edge that is near to targets of both
+/// Proves that every point of a triangle is near some target. The distance to a triangle is convex: what has
+/// all corners near one target is near it. Else it is cut at a point of an edge that is near to targets of both
 /// ends. `used` gets the targets that the proof rests on.
 bool Deviation::cover(std::array<Vec3, 3> corner, std::array<std::uint64_t, 3> near,
                       std::span<const Frame> targets, std::span<const EdgeTerms> terms, std::uint64_t& used) {
@@ -273,12 +273,14 @@ bool Deviation::cover_originals(std::size_t& failed) {
     witness_.clear();
     for (std::size_t i = 0; i < region_.size(); ++i) {
         const Triangle& t = original_[region_[i]].corner;
-        const std::array<std::uint64_t, 3> near = {near_[vertex_[t[0]].local], near_[vertex_[t[1]].local], near_[vertex_[t[2]].local]};
+        const std::array<std::uint64_t, 3> near = {near_[vertex_[t[0]].local], near_[vertex_[t[1]].local],
+                                                   near_[vertex_[t[2]].local]};
         const std::uint64_t all = near[0] & near[1] & near[2];
         std::uint64_t used = 0;
         if (all != 0) {
             used = std::uint64_t{1} << std::countr_zero(all);
-        } else if (!cover({vertex_[t[0]].at, vertex_[t[1]].at, vertex_[t[2]].at}, near, target_, terms_, used)) {
+        } else if (!cover({vertex_[t[0]].at, vertex_[t[1]].at, vertex_[t[2]].at}, near, target_, terms_,
+                          used)) {
             failed = i;
             return false;
         }
@@ -371,7 +373,8 @@ bool Deviation::cover_by_projection(const Frame& face, std::size_t number, doubl
         for (int pass = 0; pass < 2 && seed == no_index; ++pass) {
             for (const std::uint32_t t : region_) {
                 const Triangle& c = original_[t].corner;
-                const std::uint64_t all = near_[vertex_[c[0]].local] & near_[vertex_[c[1]].local] & near_[vertex_[c[2]].local] & bit;
+                const std::uint64_t all =
+                    near_[vertex_[c[0]].local] & near_[vertex_[c[1]].local] & near_[vertex_[c[2]].local] & bit;
                 if ((all != 0) != (pass == 0)) continue;
                 const Shadow s = project(t);
                 if (covers(s, px, py) == 1 && low_over_core(s)) {
@@ -439,8 +442,8 @@ bool Deviation::cover_by_pieces(const Frame& face) {
 }
 
 bool Deviation::cover_face(const Frame& face, std::size_t number) {
-    return cover_by_projection(face, number, 0.25 * limit_) || cover_by_projection(face, number, 0.8 * limit_) ||
-           cover_by_pieces(face);
+    return cover_by_projection(face, number, 0.25 * limit_) ||
+           cover_by_projection(face, number, 0.8 * limit_) || cover_by_pieces(face);
 }
 
 Deviation::Verdict Deviation::test(std::span<const std::uint32_t> ring, std::span<const std::uint32_t> faces,

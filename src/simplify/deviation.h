@@ -74,8 +74,8 @@ private:
     bool cover_face(const Frame& face, std::size_t number);
     bool cover_by_projection(const Frame& face, std::size_t number, double inset);
     bool cover_by_pieces(const Frame& face);
-    std::uint64_t near_targets(const Vec3& p, std::span<const Frame> targets,
-                               std::span<const EdgeTerms> terms, std::uint64_t among) const;
+    std::uint64_t near_targets(const Vec3& p, std::span<const Frame> targets, std::span<const EdgeTerms> terms,
+                               std::uint64_t among) const;
     template <class F>
     void for_witnesses(const Original& t, F&& fn) const;
     template <class Keep>
@@ -89,7 +89,7 @@ private:
 
     std::vector<List> list_of_face_;
     std::vector<std::uint32_t> list_;
-    std::uint64_t listed_ = 0;  ///< entries of list_ that are in use
+    std::uint64_t listed_ = 0;                      ///< entries of list_ that are in use
     std::vector<std::vector<std::uint32_t>> more_;  ///< further witnesses of triangles with many
 
     // Scratch of one test.

@@ -88,7 +88,8 @@ ITS_INLINE double squared_distance(const Frame& f, const EdgeTerms& e, double x,
     const double from_bc = (xb * -dy + y * dx) * e.unit_bc, from_ca = (x * f.cy - y * f.cx) * e.unit_ca;
     // The triangle's box as well: where two edges meet under a small angle, their two signs alone would, with
     // roundings, take in points far beyond the corner.
-    const bool inside = (y >= 0.0) & (y <= f.cy) & (x >= 0.0) & (x <= f.bx) & (from_bc >= 0.0) & (from_ca >= 0.0);
+    const bool inside =
+        (y >= 0.0) & (y <= f.cy) & (x >= 0.0) & (x <= f.bx) & (from_bc >= 0.0) & (from_ca >= 0.0);
     return (inside ? 0.0 : edges) + z * z;
 }
 

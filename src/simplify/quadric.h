@@ -33,14 +33,8 @@ struct Quadric {
 /// weight × squared distance to the plane through p with unit normal n
 inline Quadric plane_quadric(const Vec3& n, const Vec3& p, double weight) {
     const double d = dot(n, p);
-    return {weight * n.x * n.x,
-            weight * n.x * n.y,
-            weight * n.x * n.z,
-            weight * n.y * n.y,
-            weight * n.y * n.z,
-            weight * n.z * n.z,
-            (-weight * d) * n,
-            weight * d * d};
+    return {weight * n.x * n.x, weight * n.x * n.y, weight * n.x * n.z, weight * n.y * n.y,
+            weight * n.y * n.z, weight * n.z * n.z, (-weight * d) * n,  weight * d * d};
 }
 
 /// weight × squared distance to p
