@@ -25,6 +25,7 @@ using Run = std::function<int()>;
 Run add_build(CLI::App& app);
 Run add_check(CLI::App& app);
 Run add_info(CLI::App& app);
+Run add_simplify(CLI::App& app);
 Run add_slice(CLI::App& app);
 Run add_verify(CLI::App& app);
 

@@ -29,6 +29,7 @@ constexpr Command commands[] = {
     {"info", "Show what a shell holds, and how it was built", add_info},
     {"check", "Report the defects of a mesh, and which sign rule would be chosen", add_check},
     {"verify", "Check the promises of a shell against its mesh, independently of the builder", add_verify},
+    {"simplify", "Simplify a mesh, with a proven bound on the error", add_simplify},
     {"slice", "Draw a shell's function on a plane", add_slice},
 };
 

@@ -77,6 +77,10 @@ bool has_fork(const std::vector<std::array<std::uint32_t, 2>>& links) {
 
 }  // namespace
 
+__attribute__((noinline)) double rounded_to_single(double x) {
+    return double(float(x));
+}
+
 Complex::Complex(const Mesh& mesh) {
     // Distinct positions and triangles, both in Morton order: what is near in space is near in memory.
     PointIndex index(std::min(mesh.vertices.size(), 3 * mesh.triangles.size()));
@@ -248,7 +252,7 @@ bool Complex::round_to_single() {
     bool changed = false;
     for (Vec3& p : position_)
         for (int axis = 0; axis < 3; ++axis) {
-            const auto rounded = double(float(p[axis]));
+            const double rounded = rounded_to_single(p[axis]);
             changed |= rounded != p[axis];
             p[axis] = rounded;
         }

@@ -121,7 +121,7 @@ double Decimator::place(std::uint32_t u, std::uint32_t v, Vec3& to) const {
     consider(p);
     consider(r);
     to = best == p ? mesh_.position(u) : best == r ? mesh_.position(v) : centre_ + scale_ * best;
-    if (single_precision_) to = {double(float(to.x)), double(float(to.y)), double(float(to.z))};
+    if (single_precision_) to = {rounded_to_single(to.x), rounded_to_single(to.y), rounded_to_single(to.z)};
     return cost;
 }
 

@@ -192,7 +192,7 @@ bool Deviation::add_other_witnesses(const Complex& current) {
 
 /// Measures the region's points against all targets, and stops at a block with a point that is near none: the
 /// square of what it needs. 0: all points are near some target.
-double Deviation::measure_points(std::size_t) {
+double Deviation::measure_points() {
     terms_.clear();
     for (const Frame& f : target_) terms_.emplace_back(f);
     distance2_.assign(x_.size(), 1e300);
@@ -269,7 +269,7 @@ bool Deviation::cover(std::array<Vec3, 3> corner, std::array<std::uint64_t, 3> n
 }
 
 /// Original to current: every triangle of the region.
-bool Deviation::cover_originals(std::size_t& failed) {
+bool Deviation::cover_originals() {
     witness_.clear();
     for (std::size_t i = 0; i < region_.size(); ++i) {
         const Triangle& t = original_[region_[i]].corner;
@@ -281,7 +281,6 @@ bool Deviation::cover_originals(std::size_t& failed) {
             used = std::uint64_t{1} << std::countr_zero(all);
         } else if (!cover({vertex_[t[0]].at, vertex_[t[1]].at, vertex_[t[2]].at}, near, target_, terms_,
                           used)) {
-            failed = i;
             return false;
         }
         for (; used != 0; used &= used - 1)
@@ -456,9 +455,8 @@ Deviation::Verdict Deviation::test(std::span<const std::uint32_t> ring, std::spa
     target_.assign(frames.begin(), frames.end());
     target_face_.assign(faces.begin(), faces.end());
     if (!add_other_witnesses(current)) return {false, 0};
-    if (const double worst = measure_points(frames.size()); worst > 0) return {false, std::sqrt(worst)};
-    std::size_t failed = 0;
-    if (!cover_originals(failed)) return {false, 0};
+    if (const double worst = measure_points(); worst > 0) return {false, std::sqrt(worst)};
+    if (!cover_originals()) return {false, 0};
     for (std::size_t j = 0; j < frames.size(); ++j)
         if (!cover_face(frames[j], j)) return {false, 0};
     return {true, 0};
@@ -504,6 +502,38 @@ void Deviation::compact_lists() {
         lists.insert(lists.end(), from, from + std::ptrdiff_t(list.count));
     }
     list_.swap(lists);
+}
+
+void Deviation::validate(const Complex& current, double tolerance) const {
+    const auto require = [](bool holds, const char* what) {
+        if (!holds) throw std::logic_error(what);
+    };
+    std::uint64_t links = 0;
+    for (std::uint32_t t = 0; t < original_.size(); ++t) {
+        std::uint32_t witnesses = 0;
+        Piece piece{{}, {0, 0, 0}};
+        for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = vertex_[original_[t].corner[k]].at;
+        for_witnesses(original_[t], [&](std::uint32_t f) {
+            require(current.has_triangle(f), "a witness is gone");
+            const List list = list_of_face_[f];
+            const auto begin = list_.begin() + std::ptrdiff_t(list.begin),
+                       end = begin + std::ptrdiff_t(list.count);
+            require(std::count(begin, end, t) == 1, "a triangle is not in its witness's list");
+            const Triangle& c = current.triangle(f);
+            const Frame frame =
+                make_frame(current.position(c[0]), current.position(c[1]), current.position(c[2]));
+            for (std::size_t k = 0; k < 3; ++k)
+                if (squared_distance(frame, EdgeTerms(frame), piece.corner[k]) <= tolerance * tolerance)
+                    piece.near[k] |= 1;
+            ++witnesses;
+        });
+        require(witnesses > 0, "a triangle has no witness");
+        require((piece.near[0] & piece.near[1] & piece.near[2]) != 0, "a corner is near no witness");
+        links += witnesses;
+    }
+    std::uint64_t listed = 0;
+    for (const List& list : list_of_face_) listed += list.count;
+    require(links == listed && listed == listed_, "lists and witnesses do not agree");
 }
 
 }  // namespace its

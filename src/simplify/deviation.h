@@ -67,8 +67,8 @@ private:
 
     void gather(std::span<const std::uint32_t> ring);
     bool add_other_witnesses(const Complex& current);
-    double measure_points(std::size_t faces);
-    bool cover_originals(std::size_t& failed);
+    double measure_points();
+    bool cover_originals();
     bool cover(std::array<Vec3, 3> corner, std::array<std::uint64_t, 3> near, std::span<const Frame> targets,
                std::span<const EdgeTerms> terms, std::uint64_t& used);
     bool cover_face(const Frame& face, std::size_t number);
@@ -106,7 +106,6 @@ private:
         std::uint32_t triangle, target;
     };
     std::vector<Witness> witness_;
-    std::size_t new_faces_ = 0;  ///< the first of the targets
     std::vector<Piece> pieces_;
     std::vector<std::uint32_t> flood_;
     std::vector<Frame> candidates_;

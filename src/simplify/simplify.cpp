@@ -13,7 +13,8 @@ namespace its {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Any need is below it, except that of a collapse which no tolerance allows.
+constexpr double no_limit = std::numeric_limits<double>::max();
 
 /// With a face count to reach, the tolerance starts at this part of the error that quadrics alone make at that
 /// count, and is raised by this factor whenever no collapse is left.
@@ -140,10 +141,10 @@ double decimate(const Job& job, const Complex& original, double least, Decimator
     const SimplifyOptions& o = job.options;
     const std::uint64_t faces = o.faces.value_or(0);
     if (o.method != SimplifyMethod::certified || !o.faces) {
-        decimator.run(faces, o.tolerance.value_or(infinity), report);
-        return o.tolerance.value_or(infinity);
+        decimator.run(faces, o.tolerance.value_or(no_limit), report);
+        return o.tolerance.value_or(no_limit);
     }
-    const double limit = o.tolerance.value_or(infinity);
+    const double limit = o.tolerance.value_or(no_limit);
     double tolerance = std::min(std::max(first_tolerance * error_of_quadrics(original, faces), least), limit);
     while (!decimator.run(faces, tolerance, report)) {
         const double next = decimator.next_tolerance(tolerance);
