@@ -248,15 +248,14 @@ std::uint32_t Complex::triangles_at_edge(std::uint32_t u, std::uint32_t v) const
     return count;
 }
 
-bool Complex::round_to_single() {
-    bool changed = false;
-    for (Vec3& p : position_)
-        for (int axis = 0; axis < 3; ++axis) {
-            const double rounded = rounded_to_single(p[axis]);
-            changed |= rounded != p[axis];
-            p[axis] = rounded;
-        }
-    return changed;
+double Complex::round_to_single() {
+    double moved = 0;
+    for (Vec3& p : position_) {
+        const Vec3 rounded{rounded_to_single(p.x), rounded_to_single(p.y), rounded_to_single(p.z)};
+        moved = std::max(moved, norm(rounded - p));
+        p = rounded;
+    }
+    return moved;
 }
 
 std::uint64_t Complex::fewest_triangles() const {

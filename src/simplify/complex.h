@@ -55,8 +55,8 @@ public:
     void merge(std::uint32_t u, std::uint32_t v, const Vec3& to, std::span<const std::uint32_t> triangles,
                std::uint32_t shared);
 
-    /// Rounds all coordinates to 32-bit numbers. Returns whether any changed.
-    bool round_to_single();
+    /// Rounds all coordinates to 32-bit numbers. Returns by how much a point was moved at most.
+    double round_to_single();
 
     /// The fewest triangles that any mesh with these components and their topology has, by Euler's formula and
     /// the number of edges between that many vertices (Heawood); fixed and open parts count 1 each.

@@ -17,9 +17,10 @@ namespace {
 constexpr double no_limit = std::numeric_limits<double>::max();
 
 /// With a face count to reach, the tolerance starts at this part of the error that quadrics alone make at that
-/// count, and is raised by this factor whenever no collapse is left.
+/// count, and is raised by a factor whenever no collapse is left.
 constexpr double first_tolerance = 0.45;
-constexpr double tolerance_step = 1.1;
+/// Each raise is larger than the last, so that a count out of reach is soon found out.
+constexpr double tolerance_step = 1.1, step_growth = 1.02;
 
 constexpr std::uint64_t pilot_samples = 10'000;
 
@@ -146,10 +147,10 @@ double decimate(const Job& job, const Complex& original, double least, Decimator
     }
     const double limit = o.tolerance.value_or(no_limit);
     double tolerance = std::min(std::max(first_tolerance * error_of_quadrics(original, faces), least), limit);
-    while (!decimator.run(faces, tolerance, report)) {
+    for (double step = tolerance_step; !decimator.run(faces, tolerance, report); step *= step_growth) {
         const double next = decimator.next_tolerance(tolerance);
         if (next > limit || tolerance == limit) break;
-        tolerance = std::min(std::max(next, tolerance_step * tolerance), limit);
+        tolerance = std::min(std::max(next, step * tolerance), limit);
     }
     return tolerance;
 }
@@ -200,12 +201,12 @@ std::unique_ptr<CollapseRule> make_rule(const Job& job, bool keeps_tolerance) {
     return std::make_unique<AnyCollapse>();
 }
 
-/// The least tolerance that can be proven: some way above the rounding errors; 0 if none is kept.
-/// \throws OptionError if it is more than what is asked for
-double least_tolerance(const SimplifyOptions& o, const CollapseRule& rule) {
+/// The least tolerance that can be proven: some way above the rounding errors, and at least what the mesh was
+/// moved by; 0 if none is kept. \throws OptionError if it is more than what is asked for
+double least_tolerance(const SimplifyOptions& o, const CollapseRule& rule, double moved) {
     const auto* certified = dynamic_cast<const Certified*>(&rule);
     if (certified == nullptr || certified->deviation() == nullptr) return 0;
-    const double least = 2 * certified->deviation()->rounding();
+    const double least = std::max(2 * certified->deviation()->rounding(), moved);
     if (o.tolerance && *o.tolerance < least)
         throw OptionError(
             fmt::format("tolerance {}: below what the mesh's coordinates can resolve; the least that can "
@@ -220,9 +221,9 @@ void run(Job& job) {
     const bool keeps_tolerance = o.method == SimplifyMethod::certified && (o.tolerance || o.faces);
     if (o.no_self_intersections) require_no_intersections(job.complex, "the mesh meets itself");
     const std::unique_ptr<CollapseRule> rule = make_rule(job, keeps_tolerance);
-    const double least = least_tolerance(o, *rule);
     const Complex original = o.faces && keeps_tolerance ? job.complex : Complex(Mesh{});
-    const bool rounded = o.single_precision && job.complex.round_to_single();
+    const double moved = o.single_precision ? job.complex.round_to_single() : 0.0;
+    const double least = least_tolerance(o, *rule, moved);
 
     std::optional<WithoutIntersections> without;
     if (o.no_self_intersections) without.emplace(*rule, job.complex);
@@ -238,7 +239,7 @@ void run(Job& job) {
     report.stop = stop_reason(job, keeps_tolerance);
     if (keeps_tolerance) report.proven_bound = tolerance;
     if (o.method == SimplifyMethod::certified && job.shell)
-        report.in_shell = !rounded || whole_in_shell(job.complex, *job.shell);
+        report.in_shell = moved == 0 || whole_in_shell(job.complex, *job.shell);
     if (o.no_self_intersections) require_no_intersections(job.complex, "the result meets itself");
     report.seconds.simplify = watch.seconds();
 }
