@@ -31,6 +31,13 @@ ITS_CLONES void measure(const Frame& f, const EdgeTerms& e, const double* x, con
     }
 }
 
+double least_squared_distance(const Vec3& p, std::span<const Frame> targets, std::span<const EdgeTerms> terms) {
+    double least = 1e300;
+    for (std::size_t j = 0; j < targets.size(); ++j)
+        least = std::min(least, squared_distance(targets[j], terms[j], p));
+    return least;
+}
+
 /// A triangle in its own plane, for the flood: (0, 0), (bx, 0), (cx, cy) drawn in towards its centroid.
 struct Core {
     double x[3], y[3];
@@ -261,7 +268,10 @@ bool Deviation::cover(std::array<Vec3, 3> corner, std::array<std::uint64_t, 3> n
             at = 0.5 * (low + high);
             near_at = look();
         }
-        if (near_at == 0) return false;
+        if (near_at == 0) {
+            needed2_ = least_squared_distance(at, targets, terms);
+            return false;
+        }
         pieces_.push_back({{p.corner[i], at, p.corner[k]}, {p.near[i], near_at, p.near[k]}});
         pieces_.push_back({{at, p.corner[j], p.corner[k]}, {near_at, p.near[j], p.near[k]}});
     }
@@ -434,7 +444,7 @@ bool Deviation::cover_by_pieces(const Frame& face) {
     std::array<std::uint64_t, 3> near;
     for (std::size_t k = 0; k < 3; ++k) {
         near[k] = near_targets(corner[k], candidates_, candidate_terms_, ~std::uint64_t{0});
-        if (near[k] == 0) return false;
+        if (near[k] == 0) return false;  // perhaps near others, outside the region
     }
     std::uint64_t used = 0;
     return cover(corner, near, candidates_, candidate_terms_, used);
@@ -456,7 +466,8 @@ Deviation::Verdict Deviation::test(std::span<const std::uint32_t> ring, std::spa
     target_face_.assign(faces.begin(), faces.end());
     if (!add_other_witnesses(current)) return {false, 0};
     if (const double worst = measure_points(); worst > 0) return {false, std::sqrt(worst)};
-    if (!cover_originals()) return {false, 0};
+    needed2_ = 0;
+    if (!cover_originals()) return {false, std::sqrt(needed2_)};
     for (std::size_t j = 0; j < frames.size(); ++j)
         if (!cover_face(frames[j], j)) return {false, 0};
     return {true, 0};

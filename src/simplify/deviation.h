@@ -93,7 +93,7 @@ private:
     std::vector<std::vector<std::uint32_t>> more_;  ///< further witnesses of triangles with many
 
     // Scratch of one test.
-    double limit_ = 0, limit2_ = 0;
+    double limit_ = 0, limit2_ = 0, needed2_ = 0;
     std::uint32_t epoch_ = 0;
     std::uint32_t flood_epoch_ = 0;
     std::vector<std::uint32_t> face_mark_, region_;
