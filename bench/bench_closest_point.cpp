@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "its/closest_point.h"
+#include "its/distance.h"
 #include "peer_closest_point.h"
 
 namespace its::bench {

@@ -31,6 +31,7 @@ constexpr Command commands[] = {
     {"verify", "Check the promises of a shell against its mesh, independently of the builder", add_verify},
     {"simplify", "Simplify a mesh, with a proven bound on the error", add_simplify},
     {"slice", "Draw a shell's function on a plane", add_slice},
+    {"surface", "Write the surfaces that wrap the mesh inside and outside, or any level set", add_surface},
 };
 
 std::string command_names() {

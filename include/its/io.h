@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "its/shell.h"
@@ -11,9 +12,28 @@ namespace its {
 /// a complete one. The same shell gives the same bytes. \throws FileError.
 void save(const ThinShell& shell, const std::filesystem::path& path);
 
-/// Reads a shell; checks magic, version, sizes and checksum, then every index and array in it.
+/// How much of a file is examined before load() returns. No file, damaged by accident or on purpose, makes any
+/// function of the library read out of bounds or run for ever, whichever is chosen.
+enum class LoadCheck : std::uint8_t {
+    /// Every byte by checksums, every index, every number. Reads the whole file.
+    full,
+    /// Header, sizes, octree and mesh, likewise; not the values of f, the bounds of f on M, and the lists of
+    /// triangles: most of the file, which is then read where a query needs it. Milliseconds for a gigabyte.
+    /// Damage there goes unnoticed and gives wrong answers: for files that are known to be whole.
+    quick,
+};
+
+struct LoadOptions {
+    LoadCheck check = LoadCheck::full;
+    /// Map the file instead of copying it into memory: processes share its pages. It may then be replaced by
+    /// another (as save() does) but not be changed in place while a copy of the shell exists: a process that
+    /// touches what is no longer there is killed by the system, and what was checked is no longer what is read.
+    bool map = true;
+};
+
+/// Reads a shell, in any version of the format so far.
 /// \throws FileError if it cannot be read; InputError if it is not a complete, valid .its file; MemoryError if
-/// it is larger than the free memory.
-ThinShell load(const std::filesystem::path& path);
+/// it is to be copied and larger than the free memory.
+ThinShell load(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace its

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -55,6 +56,7 @@ struct ShellInfo {
     std::uint64_t surface_cells = 0;  ///< finest cells that meet M
     std::uint64_t cells = 0;          ///< of all levels
     std::uint64_t memory_bytes = 0;   ///< of the shell without its copy of the mesh
+    std::array<std::uint64_t, 2> input_hash = {};  ///< input_hash() of mesh and options; 0: not known
     double thickness() const { return epsilon_outer - epsilon_inner; }
 };
 
@@ -71,6 +73,8 @@ public:
     explicit ThinShell(std::shared_ptr<const ShellData> data);
 
     const ShellInfo& info() const;
+    /// The mesh that the shell was built from; a copy that is made at the first call and shared by all copies
+    /// of the shell.
     const Mesh& mesh() const;
 
     /// f anywhere in space, in mesh units; negative inside. Continuous; outside the root cube the value at
@@ -81,14 +85,17 @@ public:
     /// floor() selects. NaN for a non-finite point.
     Vec3 gradient(const Vec3& point) const;
 
-    /// Grid points of all levels; one position on two levels counts twice. Counted anew at each call, in
-    /// O(n log n) time and 216 bytes a sibling group of the largest level.
+    /// Grid points of all levels; one position on two levels counts twice. Counted anew at each call, in linear
+    /// time, unless the shell was loaded from a file.
     std::uint64_t grid_points() const;
 
     const ShellData& data() const { return *data_; }
 
 private:
+    struct Lazy;
+
     std::shared_ptr<const ShellData> data_;
+    std::shared_ptr<Lazy> lazy_;
 };
 
 /// Builds the shell of any mesh.

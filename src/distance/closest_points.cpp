@@ -1,4 +1,4 @@
-#include "its/closest_point.h"
+#include "its/distance.h"
 
 #include <fmt/format.h>
 #include <cmath>

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "distance/cell_sides.h"
 #include "octree/lattice.h"
 #include "octree/octree.h"
 #include "octree/voxelise.h"
@@ -43,7 +44,9 @@ private:
     std::vector<Crossing> crossing_;    ///< by line, then by x
 };
 
-/// Gives distances their sign: negative where the winding number is at least 1.
-void apply_signs(const Octree& octree, const WindingLines& lines, std::vector<std::vector<double>>& distance);
+/// Gives distances their sign, negative where the winding number is at least 1, and says which cells are
+/// inside.
+CellSides apply_signs(const Octree& octree, const WindingLines& lines,
+                      std::vector<std::vector<double>>& distance);
 
 }  // namespace its

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -33,8 +32,7 @@ int descend(const Octree& octree, const Index& finest, int level, Place& place) 
         const Level& l = octree.levels[at];
         const unsigned mask = l.mask[place.group];
         if (!(mask >> place.child & 1)) break;
-        const unsigned before = mask & ((1u << place.child) - 1);
-        place.group = l.first[place.group] + std::uint64_t(std::popcount(before));
+        place.group = l.first.rank(place.group, place.child);
         place.child = child_of(finest, at - 1);
     }
     return at;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/array.h"
 #include "its/base.h"
 #include "octree/octree.h"
 
@@ -14,13 +15,15 @@ namespace its {
 /// values[k][27·group + point] = F_k(g), and the coefficient of grid point g is F_k(g) − F_{k+1}(g).
 /// A grid point shared by several groups stands in each of them, with the same bits.
 struct Field {
-    std::vector<std::vector<double>> values;
+    std::vector<Array<double>> values;
 };
 
 /// The direct solution: cumulative values equal to D satisfy f(g) = D(g) on every level, since finer hats
 /// centred elsewhere vanish at g. `distance` is laid out as Field::values.
 inline Field solve_direct(std::vector<std::vector<double>> distance) {
-    return {std::move(distance)};
+    Field field;
+    for (std::vector<double>& level : distance) field.values.emplace_back(std::move(level));
+    return field;
 }
 
 /// A lattice cell on which f is trilinear: lower corner and width in lattice units, values at the corners.

@@ -138,7 +138,6 @@ double greatest(const Eigen::VectorXd& v) {
 Field cumulative(const Octree& octree, const GridPoints& grid, const Eigen::VectorXd& coefficients) {
     Eigen::VectorXd value(grid.count());
     Field field;
-    field.values.resize(octree.levels.size());
     for (int k = 0; k < grid.levels(); ++k) {
         for (Index i = grid.first(k); i < grid.first(k + 1); ++i) {
             const Position p = grid.position(k, i);
@@ -147,9 +146,10 @@ Field cumulative(const Octree& octree, const GridPoints& grid, const Eigen::Vect
                 grid.for_hats(j, k, p, [&](Index h, double weight) { sum += weight * coefficients[h]; });
             value[i] = sum;
         }
-        field.values[k].resize(octree.levels[k].groups() * group_points);
+        std::vector<double> values(octree.levels[k].groups() * group_points);
         for_points(octree.levels[k],
-                   [&](const Position& p, std::uint64_t at) { field.values[k][at] = value[grid.find(k, p)]; });
+                   [&](const Position& p, std::uint64_t at) { values[at] = value[grid.find(k, p)]; });
+        field.values.emplace_back(std::move(values));
     }
     return field;
 }

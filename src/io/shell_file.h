@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "its/io.h"
 #include "shell/shell_data.h"
 
 /// The .its format in memory; docs/design/file-format.md has the layout.
@@ -15,7 +16,8 @@ std::vector<std::byte> encode(const ShellData& shell);
 
 /// The shell in the bytes of an .its file. \param name  how errors call it.
 /// \throws InputError if they are not a complete and valid .its file.
-ShellData decode(std::span<const std::byte> bytes, const std::string& name = "shell");
+ShellData decode(std::span<const std::byte> bytes, const std::string& name = "shell",
+                 LoadCheck check = LoadCheck::full);
 
 /// Recomputes the checksums of a file whose content was changed, as far as its section table can be followed.
 /// For tests and fuzzing, which must get past the checksums to reach the checks behind them.

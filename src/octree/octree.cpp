@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace its {
 
@@ -11,29 +12,35 @@ std::uint64_t Octree::find(int level, std::uint64_t parent) const {
     return it != parents.end() && *it == parent ? std::uint64_t(it - parents.begin()) : no_group;
 }
 
+CellPlace Octree::surface_place(std::uint64_t cell) const {
+    const Level& level = levels[0];
+    const std::uint64_t group = level.first.find(cell);
+    unsigned mask = level.mask[group];
+    for (std::uint64_t skip = cell - level.first[group]; skip > 0; --skip) mask &= mask - 1;
+    return {group, std::countr_zero(mask)};
+}
+
 namespace {
 
 /// The level whose marked children are `marked` (Morton codes of its cells, strictly ascending).
-Level make_level(const std::vector<std::uint64_t>& marked) {
-    Level level;
+Level make_level(std::span<const std::uint64_t> marked) {
+    std::vector<std::uint64_t> parent;
+    std::vector<std::uint8_t> mask;
     for (const std::uint64_t cell : marked) {
-        if (level.parent.empty() || level.parent.back() != cell >> 3) {
-            level.parent.push_back(cell >> 3);
-            level.mask.push_back(0);
+        if (parent.empty() || parent.back() != cell >> 3) {
+            parent.push_back(cell >> 3);
+            mask.push_back(0);
         }
-        level.mask.back() |= std::uint8_t(1u << (cell & 7));
+        mask.back() |= std::uint8_t(1u << (cell & 7));
     }
-    level.parent.shrink_to_fit();
-    level.mask.shrink_to_fit();
-    level.first.resize(level.parent.size() + 1, 0);
-    for (std::size_t i = 0; i < level.mask.size(); ++i)
-        level.first[i + 1] = level.first[i] + std::uint64_t(std::popcount(level.mask[i]));
-    return level;
+    parent.shrink_to_fit();
+    mask.shrink_to_fit();
+    return {std::move(parent), std::move(mask)};
 }
 
 }  // namespace
 
-Octree make_octree(int depth, const std::vector<std::uint64_t>& surface) {
+Octree make_octree(int depth, std::span<const std::uint64_t> surface) {
     Octree octree{.depth = depth, .levels = {}};
     octree.levels.reserve(std::size_t(depth) + 1);
     octree.levels.push_back(make_level(surface));

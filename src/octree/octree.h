@@ -2,9 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
+#include "base/array.h"
 #include "octree/morton.h"
+#include "octree/ranks.h"
 
 /// The sparse octree as Morton-sorted arrays of sibling groups.
 namespace its {
@@ -24,12 +28,22 @@ inline constexpr int group_point(int child, int corner) {
 
 /// All cells of one level k. They come in groups of eight siblings; a group is named by its parent cell.
 struct Level {
-    std::vector<std::uint64_t> parent;  ///< Morton code of the parent (a cell of level k+1), ascending
-    std::vector<std::uint8_t> mask;     ///< bit c: child c is subdivided (k > 0) or meets M (k = 0)
-    std::vector<std::uint64_t> first;   ///< number of mask bits before this group, over the level: the index of
-                                       ///< the group in level k−1, or of the surface cell, that belongs to the
-                                       ///< lowest set bit; one more entry at the end: the total
+    Array<std::uint64_t> parent;  ///< Morton code of the parent (a cell of level k+1), ascending
+    Array<std::uint8_t> mask;     ///< bit c: child c is subdivided (k > 0) or meets M (k = 0)
+    Ranks first;  ///< first[g]: number of mask bits before group g, over the level: the index of
+                  ///< the group in level k−1, or of the surface cell, that belongs to the
+                  ///< lowest set bit; first[groups()] is the total
+
+    Level() = default;
+    Level(Array<std::uint64_t> parents, Array<std::uint8_t> masks)
+        : parent(std::move(parents)), mask(std::move(masks)), first(mask) {}
     std::uint64_t groups() const { return parent.size(); }
+};
+
+/// A cell as it is stored.
+struct CellPlace {
+    std::uint64_t group;
+    int child;
 };
 
 /// Levels 0 (finest) to depth; the root cube is the parent of the one group of level depth.
@@ -41,10 +55,16 @@ struct Octree {
     std::uint64_t find(int level, std::uint64_t parent) const;
 
     std::uint64_t surface_cells() const { return levels[0].first.back(); }
+
+    /// Where surface cell number `cell` is, in level 0: O(log groups).
+    CellPlace surface_place(std::uint64_t cell) const;
 };
 
 /// The octree whose finest marked cells are `surface` (Morton codes, strictly ascending, not empty): their
 /// siblings, their parents with siblings, and so on up to the root.
-Octree make_octree(int depth, const std::vector<std::uint64_t>& surface);
+Octree make_octree(int depth, std::span<const std::uint64_t> surface);
+
+/// Grid points of all levels: corners of cells, each once a level.
+std::uint64_t count_grid_points(const Octree& octree);
 
 }  // namespace its

@@ -49,15 +49,17 @@ std::vector<Vec3> lattice_positions(const Mesh& mesh, const Lattice& lattice) {
 }
 
 template <class T>
-std::uint64_t bytes_of(const std::vector<T>& v) {
-    return v.size() * sizeof(T);  // not the capacity: the same for any history
+std::uint64_t bytes_of(const Array<T>& array) {
+    return array.size() * sizeof(T);  // not the capacity: the same for any history
 }
 
 std::uint64_t memory_of(const ShellData& shell) {
-    std::uint64_t bytes = bytes_of(shell.surface.lower) + bytes_of(shell.surface.upper) +
-                          bytes_of(shell.surface.offset) + bytes_of(shell.surface.triangle);
+    const SurfaceCells& surface = shell.surface;
+    std::uint64_t bytes = bytes_of(surface.lower) + bytes_of(surface.upper) + bytes_of(surface.lists.offset) +
+                          bytes_of(surface.lists.bytes) + bytes_of(shell.sides.winding);
+    for (const auto& inside : shell.sides.inside) bytes += bytes_of(inside);
     for (const Level& level : shell.octree.levels)
-        bytes += bytes_of(level.parent) + bytes_of(level.mask) + bytes_of(level.first);
+        bytes += bytes_of(level.parent) + bytes_of(level.mask) + level.first.bytes();
     for (const auto& values : shell.field.values) bytes += bytes_of(values);
     return bytes;
 }
@@ -102,7 +104,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         budget.check(estimate_size(mesh, depth));
 
         auto shell = std::make_shared<ShellData>();
-        shell->mesh = mesh;
+        shell->mesh = {std::vector(mesh.vertices), std::vector(mesh.triangles)};
         shell->lattice = make_lattice(report.bounds, depth);
         const std::vector<Vec3> positions = lattice_positions(mesh, shell->lattice);
 
@@ -119,24 +121,27 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         const Stopwatch distance_time;
         auto distance = grid_distances(shell->octree, positions, mesh.triangles, options.progress);
         if (sign == SignRule::winding)
-            apply_signs(shell->octree, WindingLines(mesh, shell->lattice, voxels, options.progress), distance);
+            shell->sides = apply_signs(shell->octree,
+                                       WindingLines(mesh, shell->lattice, voxels, options.progress), distance);
+        else
+            shell->sides = no_inside(shell->octree);
         spent.distance = distance_time.seconds();
 
         const Stopwatch field_time;
-        shell->field = options.solver == Solver::direct ? solve_direct(std::move(distance))
-                                                        : solve_lscg(shell->octree, {std::move(distance)},
-                                                                     lscg_tolerance, options.progress, nullptr);
+        shell->field = options.solver == Solver::direct
+                           ? solve_direct(std::move(distance))
+                           : solve_lscg(shell->octree, solve_direct(std::move(distance)), lscg_tolerance,
+                                        options.progress, nullptr);
         spent.field = field_time.seconds();
 
         const Stopwatch extrema_time;
         std::vector<std::uint64_t>().swap(voxels.cell);
-        shell->surface.offset = std::move(voxels.offset);
-        shell->surface.triangle = std::move(voxels.triangle);
         Extremes extremes =
-            find_extremes(shell->lattice, shell->octree, shell->field, positions, mesh.triangles,
-                          shell->surface.offset, shell->surface.triangle, options.extrema, options.progress);
+            find_extremes(shell->lattice, shell->octree, shell->field, positions, mesh.triangles, voxels.offset,
+                          voxels.triangle, options.extrema, options.progress);
         shell->surface.lower = std::move(extremes.cell_lower);
         shell->surface.upper = std::move(extremes.cell_upper);
+        shell->surface.lists = pack_lists(shell->octree.levels[0], voxels.offset, voxels.triangle);
         // A convex M may have f > 0 on all of it: the shell is the hull with 0.
         shell->epsilon_inner = sign == SignRule::unsigned_rule ? 0.0 : std::min(extremes.lower, 0.0);
         shell->epsilon_outer = std::max(extremes.upper, 0.0);

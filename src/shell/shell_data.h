@@ -1,33 +1,49 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
-#include <vector>
 
+#include "base/array.h"
+#include "distance/cell_sides.h"
 #include "field/field.h"
 #include "its/shell.h"
 #include "octree/lattice.h"
 #include "octree/octree.h"
+#include "shell/triangle_lists.h"
 
 namespace its {
 
 /// What is known of each surface cell, in the order of the octree's level 0.
 struct SurfaceCells {
     /// f(M ∩ c) ⊆ [lower, upper], in cell widths, rounding error included.
-    std::vector<float> lower, upper;
-    /// Triangles that meet the cell dilated by the lattice's rounding: triangle[offset[c] … offset[c+1]).
-    std::vector<std::uint64_t> offset;
-    std::vector<std::uint32_t> triangle;
+    Array<float> lower, upper;
+    /// Triangles that meet the cell dilated by the lattice's rounding; read by ShellData::triangles().
+    TriangleLists lists;
+};
+
+/// The mesh of a shell, as in Mesh.
+struct MeshArrays {
+    Array<Vec3> vertices;
+    Array<Triangle> triangles;
 };
 
 /// The arrays behind a ThinShell. Lengths in lattice units (finest cell widths) unless said otherwise.
 struct ShellData {
-    Mesh mesh;
+    MeshArrays mesh;
     Lattice lattice;
     Octree octree;
     Field field;
     SurfaceCells surface;
+    CellSides sides;
     double epsilon_inner = 0, epsilon_outer = 0;
+    std::uint64_t grid_points = 0;  ///< 0: not counted
     ShellInfo info;
+
+    /// The triangles that meet a surface cell: a marked child of a group of level 0.
+    TriangleList triangles(std::uint64_t group, int child) const {
+        const unsigned before = octree.levels[0].mask[group] & ((1u << child) - 1);
+        return surface.lists.list(group, std::popcount(before), mesh.triangles.size());
+    }
 };
 
 }  // namespace its

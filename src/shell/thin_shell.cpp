@@ -1,9 +1,8 @@
-#include <oneapi/tbb/parallel_sort.h>
 #include <algorithm>
 #include <limits>
+#include <mutex>
 #include <utility>
 
-#include "base/parallel.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 #include "shell/shell_data.h"
@@ -23,13 +22,25 @@ Vec3 local(const TrilinearCell& cell, const Vec3& u) {
 
 }  // namespace
 
-ThinShell::ThinShell(std::shared_ptr<const ShellData> data) : data_(std::move(data)) {}
+/// What is made at the first call that asks for it.
+struct ThinShell::Lazy {
+    std::once_flag mesh_made;
+    Mesh mesh;
+};
+
+ThinShell::ThinShell(std::shared_ptr<const ShellData> data)
+    : data_(std::move(data)), lazy_(std::make_shared<Lazy>()) {}
 
 const ShellInfo& ThinShell::info() const {
     return data_->info;
 }
 const Mesh& ThinShell::mesh() const {
-    return data_->mesh;
+    std::call_once(lazy_->mesh_made, [&] {
+        const MeshArrays& mesh = data_->mesh;
+        lazy_->mesh = {{mesh.vertices.begin(), mesh.vertices.end()},
+                       {mesh.triangles.begin(), mesh.triangles.end()}};
+    });
+    return lazy_->mesh;
 }
 
 double ThinShell::value(const Vec3& point) const {
@@ -59,19 +70,7 @@ Vec3 ThinShell::gradient(const Vec3& point) const {
 }
 
 std::uint64_t ThinShell::grid_points() const {
-    std::uint64_t total = 0;
-    for (const Level& level : data_->octree.levels) {
-        std::vector<std::uint64_t> points(group_points * level.groups());
-        parallel_for(level.groups(), 4096, [&](std::uint64_t group) {
-            const Cell at = morton_decode(level.parent[group]);
-            for (std::uint32_t p = 0; p < group_points; ++p)
-                points[group_points * group + p] =
-                    morton_encode({2 * at[0] + p % 3, 2 * at[1] + p / 3 % 3, 2 * at[2] + p / 9});
-        });
-        oneapi::tbb::parallel_sort(points.begin(), points.end());
-        total += std::uint64_t(std::unique(points.begin(), points.end()) - points.begin());
-    }
-    return total;
+    return data_->grid_points > 0 ? data_->grid_points : count_grid_points(data_->octree);
 }
 
 }  // namespace its

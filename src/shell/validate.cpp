@@ -61,7 +61,7 @@ void check_lattice(const Lattice& lattice) {
     }
 }
 
-void check_mesh(const Mesh& mesh, const Lattice& lattice) {
+void check_mesh(const MeshArrays& mesh, const Lattice& lattice) {
     constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();  // indices have 32 bits
     require(mesh.vertices.size() <= most && mesh.triangles.size() <= most, "the mesh has too many elements");
     require(!mesh.triangles.empty(), "the mesh has no triangles");
@@ -83,7 +83,7 @@ void check_mesh(const Mesh& mesh, const Lattice& lattice) {
     });
 }
 
-/// The sizes of the level's arrays, its codes, and `first`.
+/// The sizes of the level's arrays, and its codes.
 void check_level(const Octree& octree, int k) {
     const Level& level = octree.levels[std::size_t(k)];
     const std::uint64_t groups = level.groups();
@@ -94,10 +94,6 @@ void check_level(const Octree& octree, int k) {
     const std::uint64_t codes = std::uint64_t{1} << (3 * (octree.depth - k));
     require_all(groups, fmt::format("level {}: group", k), [&](std::uint64_t i) {
         return (level.parent[i] < codes) && (i == 0 || level.parent[i - 1] < level.parent[i]);
-    });
-    require(level.first[0] == 0, "level {} does not begin at 0", k);
-    require_all(groups, fmt::format("level {}: index of group", k), [&](std::uint64_t i) {
-        return level.first[i + 1] - level.first[i] == std::uint64_t(std::popcount(level.mask[i]));
     });
 }
 
@@ -127,13 +123,28 @@ void check_octree(const ShellData& shell) {
     require(octree.surface_cells() > 0, "no cell meets the mesh");
 }
 
-void check_field(const ShellData& shell) {
+void check_sizes(const ShellData& shell) {
     const auto& levels = shell.field.values;
     require(levels.size() == shell.octree.levels.size(), "the field has {} levels", levels.size());
-    for (std::size_t k = 0; k < levels.size(); ++k) {
-        const std::vector<double>& values = levels[k];
-        require(values.size() == shell.octree.levels[k].groups() * group_points, "level {} has {} values", k,
-                values.size());
+    for (std::size_t k = 0; k < levels.size(); ++k)
+        require(levels[k].size() == shell.octree.levels[k].groups() * group_points, "level {} has {} values", k,
+                levels[k].size());
+    const SurfaceCells& surface = shell.surface;
+    const std::uint64_t cells = shell.octree.surface_cells(), groups = shell.octree.levels[0].groups();
+    require(surface.lower.size() == cells && surface.upper.size() == cells &&
+                surface.lists.offset.size() == groups + 1,
+            "the arrays of surface cells differ in size");
+    const CellSides& sides = shell.sides;
+    require(sides.inside.size() == levels.size(), "sides of {} levels", sides.inside.size());
+    for (std::size_t k = 0; k < levels.size(); ++k)
+        require(sides.inside[k].size() == shell.octree.levels[k].groups(), "level {} has {} groups with sides",
+                k, sides.inside[k].size());
+    require(sides.winding.empty() || sides.winding.size() == cells, "{} winding numbers", sides.winding.size());
+}
+
+void check_field(const ShellData& shell) {
+    for (std::size_t k = 0; k < shell.field.values.size(); ++k) {
+        const Array<double>& values = shell.field.values[k];
         require_all(values.size(), fmt::format("level {}: value", k),
                     [&](std::uint64_t i) { return std::isfinite(values[i]); });
     }
@@ -141,21 +152,33 @@ void check_field(const ShellData& shell) {
 
 void check_surface(const ShellData& shell) {
     const SurfaceCells& surface = shell.surface;
-    const std::uint64_t cells = shell.octree.surface_cells();
-    require(
-        surface.lower.size() == cells && surface.upper.size() == cells && surface.offset.size() == cells + 1,
-        "the arrays of surface cells differ in size");
-    require_all(cells, "bounds of surface cell", [&](std::uint64_t i) {
+    require_all(surface.lower.size(), "bounds of surface cell", [&](std::uint64_t i) {
         return std::isfinite(surface.lower[i]) && std::isfinite(surface.upper[i]) &&
                (surface.lower[i] <= surface.upper[i]);
     });
-    require(surface.offset[0] == 0 && surface.offset[cells] == surface.triangle.size(),
+    const Level& level = shell.octree.levels[0];
+    const TriangleLists& lists = surface.lists;
+    require(lists.offset[0] == 0 && lists.offset.back() == lists.bytes.size(),
             "the triangle lists of surface cells do not fill their array");
-    require_all(cells, "triangle list of surface cell",
-                [&](std::uint64_t i) { return surface.offset[i] <= surface.offset[i + 1]; });
-    const std::uint64_t triangles = shell.mesh.triangles.size();
-    require_all(surface.triangle.size(), "triangle reference",
-                [&](std::uint64_t i) { return surface.triangle[i] < triangles; });
+    require_all(level.groups(), "triangle lists of group", [&](std::uint64_t i) {
+        return well_formed(lists, i, std::popcount(level.mask[i]), shell.mesh.triangles.size());
+    });
+}
+
+/// A surface cell is inside where its winding number is at least 1.
+void check_sides(const ShellData& shell) {
+    const CellSides& sides = shell.sides;
+    if (sides.winding.empty()) return;
+    const Level& level = shell.octree.levels[0];
+    require_all(level.groups(), "winding numbers of group", [&](std::uint64_t i) {
+        std::uint64_t cell = level.first[i];
+        bool good = true;
+        for (unsigned left = level.mask[i]; left != 0; left &= left - 1) {
+            const bool inside = sides.inside[0][i] >> std::countr_zero(left) & 1;
+            good &= (sides.winding[cell++] >= 1) == inside;
+        }
+        return good;
+    });
 }
 
 void check_info(const ShellData& shell) {
@@ -185,13 +208,23 @@ void check_info(const ShellData& shell) {
 
 }  // namespace
 
-void validate(const ShellData& shell) {
+void validate_structure(const ShellData& shell) {
     check_lattice(shell.lattice);
     check_mesh(shell.mesh, shell.lattice);
     check_octree(shell);
+    check_sizes(shell);
+    check_info(shell);
+}
+
+void validate_payload(const ShellData& shell) {
     check_field(shell);
     check_surface(shell);
-    check_info(shell);
+    check_sides(shell);
+}
+
+void validate(const ShellData& shell) {
+    validate_structure(shell);
+    validate_payload(shell);
 }
 
 }  // namespace its

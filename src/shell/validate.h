@@ -12,4 +12,10 @@ namespace its {
 /// \throws InputError naming the first invariant that is broken.
 void validate(const ShellData& shell);
 
+/// The two parts of validate(). The first: lattice, mesh, octree, the sizes of all arrays, `info`. The second,
+/// if the first holds: the values of f, the bounds and the triangle lists of surface cells. Where only the
+/// first was done, queries may meet any number in these, and TriangleList gives only triangles that exist.
+void validate_structure(const ShellData& shell);
+void validate_payload(const ShellData& shell);
+
 }  // namespace its

@@ -64,17 +64,17 @@ Complaint check_surface(const ShellData& data) {
     const std::uint64_t cells = data.octree.levels[0].first.back();
     if (surface.lower.size() != cells || surface.upper.size() != cells)
         return "local bounds: not one per surface cell";
-    if (surface.offset.size() != cells + 1 || surface.offset[0] != 0 ||
-        surface.offset.back() != surface.triangle.size())
-        return "triangle lists: offsets do not span the list";
-    for (std::uint64_t c = 0; c < cells; ++c) {
-        if (surface.offset[c] > surface.offset[c + 1])
-            return fmt::format("triangle lists: offset {} descends", c + 1);
+    for (std::uint64_t c = 0; c < cells; ++c)
         if (!(surface.lower[c] <= surface.upper[c]))
             return fmt::format("local bounds: lower > upper in cell {}", c);
-    }
-    for (const std::uint32_t t : surface.triangle)
-        if (t >= data.mesh.triangles.size()) return fmt::format("triangle lists: no triangle {}", t);
+    const Level& level = data.octree.levels[0];
+    const TriangleLists& lists = surface.lists;
+    if (lists.offset.size() != level.groups() + 1 || lists.offset[0] != 0 ||
+        lists.offset.back() != lists.bytes.size())
+        return "triangle lists: offsets do not span the bytes";
+    for (std::uint64_t g = 0; g < level.groups(); ++g)
+        if (!well_formed(lists, g, std::popcount(level.mask[g]), data.mesh.triangles.size()))
+            return fmt::format("triangle lists: those of group {} are damaged", g);
     return {};
 }
 
@@ -106,8 +106,8 @@ struct PointTally {
 /// Compares the points that group g shares with its neighbours of higher Morton code. Every two groups
 /// that share a point are one step apart on each axis, so this meets all pairs once.
 void compare_shared(const View& view, int k, std::uint64_t g, PointTally& tally) {
-    const std::vector<double>& values = view.data().field.values[k];
-    const std::vector<std::uint64_t>& parent = view.data().octree.levels[k].parent;
+    const Array<double>& values = view.data().field.values[k];
+    const Array<std::uint64_t>& parent = view.data().octree.levels[k].parent;
     for (int i = 0; i < group_points; ++i) tally.not_finite += !std::isfinite(values[group_points * g + i]);
     const std::int64_t size = std::int64_t{1} << (view.data().octree.depth - k);
     const Cell me = morton_decode(parent[g]);

@@ -7,7 +7,7 @@
 namespace its::verifier {
 
 std::uint64_t View::group(int level, const Cell& parent) const {
-    const std::vector<std::uint64_t>& codes = data_.octree.levels[level].parent;
+    const Array<std::uint64_t>& codes = data_.octree.levels[level].parent;
     const std::uint64_t code = morton_encode(parent);
     const auto it = std::lower_bound(codes.begin(), codes.end(), code);
     return it != codes.end() && *it == code ? std::uint64_t(it - codes.begin()) : no_group;

@@ -20,11 +20,11 @@ struct Part {
 /// Walks the cells that a part of M may meet.
 class Walker {
 public:
-    Walker(const Job& job, const Goal& goal, bool lists_sorted, ProofTally& tally)
+    Walker(const Job& job, const Goal& goal, const CellLists& lists, ProofTally& tally)
         : job_(job),
           lattice_(job.view.data().lattice),
           goal_(goal),
-          lists_sorted_(lists_sorted),
+          lists_(lists),
           dilation_(cell_dilation(lattice_)),
           shrink_(96 * coordinate_ulp(lattice_)),
           tally_(tally) {}
@@ -118,11 +118,9 @@ private:
     }
 
     bool lists(const CellEntry& entry, std::uint32_t triangle) const {
-        const SurfaceCells& surface = job_.view.data().surface;
-        const auto begin = surface.triangle.begin() + std::ptrdiff_t(surface.offset[entry.surface]);
-        const auto end = surface.triangle.begin() + std::ptrdiff_t(surface.offset[entry.surface + 1]);
-        return lists_sorted_ ? std::binary_search(begin, end, triangle)
-                             : std::find(begin, end, triangle) != end;
+        const auto begin = lists_.triangle.begin();
+        return std::binary_search(begin + std::ptrdiff_t(lists_.offset[entry.surface]),
+                                  begin + std::ptrdiff_t(lists_.offset[entry.surface + 1]), triangle);
     }
 
     /// How deep in the cell some point of the part is for certain, or −1 if rounding leaves it open whether it
@@ -152,7 +150,7 @@ private:
     const Job& job_;
     const Lattice& lattice_;
     const Goal& goal_;
-    bool lists_sorted_;
+    const CellLists& lists_;
     // A vertex inside the cell shrunk by 96 is off by less than 3 + 12 · 6
     // = 75.
     double dilation_, shrink_;
@@ -215,18 +213,12 @@ Slabs slabs_of(const Walker& walker, const Polygon& polygon) {
     return best;
 }
 
-bool lists_ascend(const SurfaceCells& surface) {
-    for (std::size_t c = 0; c + 1 < surface.offset.size(); ++c)
-        for (std::uint64_t i = surface.offset[c] + 1; i < surface.offset[c + 1]; ++i)
-            if (surface.triangle[i - 1] > surface.triangle[i]) return false;
-    return true;
-}
-
 ProofTally walk(const Job& job, const Goal& goal) {
-    const bool ascend = lists_ascend(job.view.data().surface);
+    const ShellData& data = job.view.data();
+    const CellLists lists = unpack_lists(data.octree.levels[0], data.surface.lists, data.mesh.triangles.size());
     const std::uint64_t triangles = job.mesh.triangles.size();
     ProofTally unused;
-    const Walker ruler(job, goal, ascend, unused);
+    const Walker ruler(job, goal, lists, unused);
     std::vector<std::uint64_t> first(triangles + 1);  // number of slabs before each triangle
     for (std::uint64_t t = 0; t < triangles; ++t) {
         const Slabs slabs = slabs_of(ruler, make_part(job, t, 0, 3).polygon);
@@ -237,7 +229,7 @@ ProofTally walk(const Job& job, const Goal& goal) {
     Stage stage(job.options.progress, "verify: proof", count);
     std::vector<ProofTally> tallies(chunk_count(count, grain));
     for_chunks(count, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        Walker walker(job, goal, ascend, tallies[chunk]);
+        Walker walker(job, goal, lists, tallies[chunk]);
         std::uint64_t t =
             std::uint64_t(std::upper_bound(first.begin(), first.end(), begin) - first.begin()) - 1;
         for (std::uint64_t i = begin; i < end; ++t) {

@@ -1,4 +1,4 @@
-#include "its/closest_point.h"
+#include "its/distance.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

@@ -9,6 +9,8 @@
 #include <map>
 #include <random>
 
+#include "support/edit.h"
+
 namespace its {
 namespace {
 
@@ -23,19 +25,19 @@ Octree random_octree(int depth, double probability, Generator& random) {
     std::vector<std::uint64_t> parents{0};
     for (int k = depth; k >= 0; --k) {
         Level& level = octree.levels[k];
-        level.parent = parents;
-        level.first = {0};
-        parents.clear();
-        for (const std::uint64_t parent : level.parent) {
+        std::vector<std::uint8_t> masks;
+        std::vector<std::uint64_t> children;
+        for (const std::uint64_t parent : parents) {
             std::uint8_t mask = 0;
             for (int child = 0; child < 8; ++child)
                 if (std::bernoulli_distribution(probability)(random)) mask |= 1 << child;
-            if (parent == level.parent.back() && level.first.back() == 0) mask |= 1 << random() % 8;
+            if (parent == parents.back() && children.empty() && mask == 0) mask |= 1 << random() % 8;
             for (int child = 0; child < 8; ++child)
-                if (mask >> child & 1) parents.push_back(parent << 3 | child);
-            level.mask.push_back(mask);
-            level.first.push_back(level.first.back() + std::popcount(mask));
+                if (mask >> child & 1) children.push_back(parent << 3 | child);
+            masks.push_back(mask);
         }
+        level = {std::move(parents), std::move(masks)};
+        parents = std::move(children);
     }
     return octree;
 }
@@ -60,12 +62,14 @@ struct Distances {
 
     Distances(const Octree& octree, Generator& random) {
         std::uniform_real_distribution<double> uniform(-1, 1);
-        field.values.resize(octree.levels.size());
-        for (int k = 0; k <= octree.depth; ++k)
+        for (int k = 0; k <= octree.depth; ++k) {
+            std::vector<double> values;
             for_points(octree, k, [&](const Key& g, std::uint64_t) {
                 const auto [entry, added] = at.try_emplace({g[1], g[2], g[3]}, uniform(random));
-                field.values[k].push_back(entry->second);
+                values.push_back(entry->second);
             });
+            field.values.emplace_back(std::move(values));
+        }
     }
 };
 
@@ -179,12 +183,12 @@ TEST(LscgErrors, ToleranceThatCannotBeReached) {
     // Two levels that disagree at the same place, on a root with all of its children: no solution.
     const Octree full = random_octree(2, 1, random);
     Distances inconsistent(full, random);
-    inconsistent.field.values[full.depth][13] += 1;
+    test::edit(inconsistent.field.values[full.depth])[13] += 1;
     EXPECT_THROW(solve_lscg(full, inconsistent.field, 1e-10, {}, &report), Error);
     EXPECT_GT(report.residual, 0.01);
 
     Distances broken = distances;
-    broken.field.values[octree.depth][13] = NAN;
+    test::edit(broken.field.values[octree.depth])[13] = NAN;
     EXPECT_THROW(solve_lscg(octree, broken.field, 1e-10, {}), Error);
 }
 
@@ -205,7 +209,7 @@ TEST(Lscg, Zero) {
     Generator random(1);
     const Octree octree = random_octree(2, 0.3, random);
     Distances distances(octree, random);
-    for (auto& level : distances.field.values) std::ranges::fill(level, 0.0);
+    for (auto& level : distances.field.values) level = std::vector<double>(level.size());
     LscgReport report;
     const Field field = solve_lscg(octree, distances.field, 1e-10, {}, &report);
     EXPECT_EQ(report.residual, 0);

@@ -29,18 +29,21 @@ inline void describe(ShellData& shell) {
 
 inline void fill_arrays(ShellData& shell) {
     for (const Level& level : shell.octree.levels) {
-        std::vector<double>& values = shell.field.values.emplace_back(level.groups() * group_points);
+        std::vector<double> values(level.groups() * group_points);
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = double(i) / 8 - 1.0;
+        shell.field.values.emplace_back(std::move(values));
     }
+    shell.sides = no_inside(shell.octree);
     const std::uint64_t cells = shell.octree.surface_cells();
+    std::vector<float> lower(cells, -0.125f), upper;
+    std::vector<std::uint64_t> offset = {0};
+    std::vector<std::uint32_t> triangle;
     for (std::uint64_t i = 0; i < cells; ++i) {
-        shell.surface.lower.push_back(-0.125f);
-        shell.surface.upper.push_back(0.25f + float(i) / 64);
-        shell.surface.offset.push_back(shell.surface.triangle.size());
-        for (std::uint32_t t = 0; t <= i % shell.mesh.triangles.size(); ++t)
-            shell.surface.triangle.push_back(t);
+        upper.push_back(0.25f + float(i) / 64);
+        for (std::uint32_t t = 0; t <= i % shell.mesh.triangles.size(); ++t) triangle.push_back(t);
+        offset.push_back(triangle.size());
     }
-    shell.surface.offset.push_back(shell.surface.triangle.size());
+    shell.surface = {std::move(lower), std::move(upper), pack_lists(shell.octree.levels[0], offset, triangle)};
 }
 
 /// K = 0: the root's eight children, two of which meet the mesh of one triangle.
@@ -50,7 +53,7 @@ inline ShellData one_level() {
     shell.mesh.triangles = {{0, 1, 2}};
     shell.lattice = {.depth = 0, .width = 1.0, .base = {0, 0, 0}};
     shell.octree.depth = 0;
-    shell.octree.levels = {{.parent = {0}, .mask = {0b11}, .first = {0, 2}}};
+    shell.octree.levels = {Level({0}, {0b11})};
     fill_arrays(shell);
     describe(shell);
     return shell;
@@ -63,8 +66,7 @@ inline ShellData two_levels() {
     shell.mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
     shell.lattice = {.depth = 1, .width = 1.0, .base = {0, 0, 0}};
     shell.octree.depth = 1;
-    shell.octree.levels = {{.parent = {0, 7}, .mask = {0b11, 0b10000001}, .first = {0, 2, 4}},
-                           {.parent = {0}, .mask = {0b10000001}, .first = {0, 2}}};
+    shell.octree.levels = {Level({0, 7}, {0b11, 0b10000001}), Level({0}, {0b10000001})};
     fill_arrays(shell);
     describe(shell);
     return shell;

@@ -108,6 +108,20 @@ TEST(Voxelise, AFaceOnALatticePlaneBelongsToBothSides) {
     EXPECT_EQ(voxels.cell, expected);
 }
 
+std::uint64_t brute_force_grid_points(const Octree& octree) {
+    std::uint64_t total = 0;
+    for (const Level& level : octree.levels) {
+        std::set<Cell> points;
+        for (const std::uint64_t parent : level.parent) {
+            const Cell at = morton_decode(parent);
+            for (std::uint32_t p = 0; p < group_points; ++p)
+                points.insert({2 * at[0] + p % 3, 2 * at[1] + p / 3 % 3, 2 * at[2] + p / 9});
+        }
+        total += points.size();
+    }
+    return total;
+}
+
 TEST(Octree, IsTheClosureOfItsSurfaceCells) {
     for (const auto& entry : zoo::all()) {
         const int depth = 5;
@@ -132,6 +146,12 @@ TEST(Octree, IsTheClosureOfItsSurfaceCells) {
             }
             EXPECT_EQ(level.first.back(), before);
             marked = std::move(parents);
+        }
+        EXPECT_EQ(count_grid_points(octree), brute_force_grid_points(octree));
+        for (std::uint64_t cell = 0; cell < voxels.cell.size(); cell += 7) {
+            const CellPlace place = octree.surface_place(cell);
+            EXPECT_EQ(octree.levels[0].parent[place.group] << 3 | std::uint64_t(place.child),
+                      voxels.cell[cell]);
         }
         EXPECT_EQ(octree.find(depth, 0), 0u);
         EXPECT_EQ(octree.find(depth, 1), no_group);

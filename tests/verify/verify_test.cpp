@@ -9,11 +9,14 @@
 
 #include "its/verify.h"
 #include "shell/shell_data.h"
+#include "support/edit.h"
 #include "support/zoo.h"
 #include "verify/checks.h"
 
 namespace its {
 namespace {
+
+using test::edit;
 
 VerifyOptions quick() {
     VerifyOptions options;
@@ -83,22 +86,34 @@ struct Tampered {
         int child = 0;
         surface_cell(s, group, child);
         Level& level = data.octree.levels[0];
-        level.mask[group] = std::uint8_t(level.mask[group] & ~(1u << child));
-        for (std::uint64_t g = group + 1; g <= level.groups(); ++g) --level.first[g];
         SurfaceCells& surface = data.surface;
-        const std::uint64_t begin = surface.offset[s], count = surface.offset[s + 1] - begin;
-        surface.triangle.erase(surface.triangle.begin() + std::ptrdiff_t(begin),
-                               surface.triangle.begin() + std::ptrdiff_t(begin + count));
-        surface.offset.erase(surface.offset.begin() + std::ptrdiff_t(s));
-        for (std::uint64_t c = s; c < surface.offset.size(); ++c) surface.offset[c] -= count;
-        surface.lower.erase(surface.lower.begin() + std::ptrdiff_t(s));
-        surface.upper.erase(surface.upper.begin() + std::ptrdiff_t(s));
+        CellLists lists = unpack_lists(level, surface.lists, data.mesh.triangles.size());
+        const auto erase = [](auto& from, std::uint64_t begin, std::uint64_t end) {
+            from.erase(from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
+        };
+        const std::uint64_t count = lists.offset[s + 1] - lists.offset[s];
+        erase(lists.triangle, lists.offset[s], lists.offset[s + 1]);
+        erase(lists.offset, s, s + 1);
+        for (std::uint64_t c = s; c < lists.offset.size(); ++c) lists.offset[c] -= count;
+        erase(*edit(surface.lower), s, s + 1);
+        erase(*edit(surface.upper), s, s + 1);
+        edit(level.mask)[group] &= std::uint8_t(~(1u << child));
+        level = {level.parent, level.mask};
+        surface.lists = pack_lists(level, lists.offset, lists.triangle);
         --data.info.surface_cells;
+    }
+
+    void negate() {
+        for (auto& level : data.field.values) {
+            auto values = edit(level);
+            for (double& value : *values) value = -value;
+        }
     }
 
     /// Applies fn to the stored value of a grid point in every group that has it.
     template <class F>
     void change_value(int level, const Cell& at, F&& fn) {
+        auto values = edit(data.field.values[level]);
         for (std::uint64_t g = 0; g < data.octree.levels[level].groups(); ++g) {
             const Cell parent = morton_decode(data.octree.levels[level].parent[g]);
             int index = 0, stride = 1;
@@ -108,7 +123,7 @@ struct Tampered {
                 inside = inside && p >= 0 && p <= 2;
                 index += stride * int(p);
             }
-            if (inside) fn(data.field.values[level][group_points * g + std::uint64_t(index)]);
+            if (inside) fn(values[group_points * g + std::uint64_t(index)]);
         }
     }
 };
@@ -216,7 +231,7 @@ TEST(Verify, CornerValueMovedInOneGroup) {
         std::uint64_t group = 0;
         int child = 0;
         u.surface_cell(100, group, child);
-        u.data.field.values[0][group_points * group + std::uint64_t(corner)] += 1e-3;
+        edit(u.data.field.values[0])[group_points * group + std::uint64_t(corner)] += 1e-3;
         const std::set<std::string> names = failed(u.report());
         EXPECT_FALSE(names.empty()) << corner;
     }
@@ -241,12 +256,15 @@ TEST(Verify, CornerValueMovedEverywhere) {
 TEST(Verify, LocalBoundsTooTight) {
     Tampered t;
     const std::uint64_t cell = 123;
-    t.data.surface.upper[cell] = std::midpoint(
-        t.data.surface.lower[cell], std::midpoint(t.data.surface.lower[cell], t.data.surface.upper[cell]));
+    const SurfaceCells& cells = t.data.surface;
+    edit(t.data.surface.upper)[cell] =
+        std::midpoint(cells.lower[cell], std::midpoint(cells.lower[cell], cells.upper[cell]));
     EXPECT_TRUE(fails(t.report(), "local bounds, proven"));
-    for (float& upper : t.data.surface.upper) upper -= 1e-3f;
-    for (std::uint64_t c = 0; c < t.data.surface.lower.size(); ++c)
-        t.data.surface.lower[c] = std::min(t.data.surface.lower[c], t.data.surface.upper[c]);
+    {
+        auto upper = edit(t.data.surface.upper), lower = edit(t.data.surface.lower);
+        for (std::uint64_t c = 0; c < upper->size(); ++c)
+            upper[c] -= 1e-3f, lower[c] = std::min(lower[c], upper[c]);
+    }
     EXPECT_TRUE(fails(t.report(), "local bounds, sampled"));
 }
 
@@ -266,24 +284,25 @@ TEST(Verify, SignFlipped) {
 
 TEST(Verify, InsideOutIsSeen) {
     Tampered t;
-    for (auto& level : t.data.field.values)
-        for (double& value : level) value = -value;
+    t.negate();
     EXPECT_TRUE(fails(t.report(), "G3 signs"));
 }
 
 TEST(Verify, NegativeValueOfAnUnsignedField) {
     Tampered t(3, zoo::soup(20, 3));
     ASSERT_EQ(t.data.info.sign, SignRule::unsigned_rule);
-    for (auto& level : t.data.field.values)
-        for (double& value : level) value = -value;
+    t.negate();
     EXPECT_TRUE(fails(t.report(), "G3 signs"));
 }
 
 TEST(Verify, TriangleMissingInAList) {
     Tampered t;
     const std::uint64_t cell = 200;
-    const std::uint64_t begin = t.data.surface.offset[cell];
-    t.data.surface.triangle[begin] = t.data.surface.triangle[begin] == 0 ? 1 : 0;
+    const Level& level = t.data.octree.levels[0];
+    CellLists lists = unpack_lists(level, t.data.surface.lists, t.data.mesh.triangles.size());
+    lists.triangle.erase(lists.triangle.begin() + std::ptrdiff_t(lists.offset[cell]));
+    for (std::uint64_t c = cell + 1; c < lists.offset.size(); ++c) --lists.offset[c];
+    t.data.surface.lists = pack_lists(level, lists.offset, lists.triangle);
     EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 triangle lists"});
 }
 
@@ -325,21 +344,19 @@ TEST(Verify, BrokenArraysAreNotRead) {
         EXPECT_EQ(report.checks.size(), 1u);
         return fails(report, "structure");
     };
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[0].mask[3] ^= 1; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[1].mask[0] ^= 128; }));
-    EXPECT_TRUE(only_structure(
-        [](ShellData& d) { std::swap(d.octree.levels[0].parent[1], d.octree.levels[0].parent[2]); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[0].parent.back() += 1; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels[0].first[2] += 1; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels.back().parent[0] = 1; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[0].mask)[3] ^= 1; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[1].mask)[0] ^= 128; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { std::ranges::reverse(*edit(d.octree.levels[0].parent)); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[0].parent)->back() += 1; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels.back().parent)[0] = 1; }));
     EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels.pop_back(); }));
     EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.depth = 40; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.field.values[1].pop_back(); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.field.values[2][7] = std::nan(""); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.surface.offset[4] = 1'000'000; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.surface.triangle[0] = 1'000'000; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.surface.lower.pop_back(); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { std::swap(d.surface.lower[9], d.surface.upper[9]); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.field.values[1])->pop_back(); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.field.values[2])[7] = std::nan(""); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lists.offset)[4] = 1'000'000; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lists.bytes)[0] = 255; }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lower)->pop_back(); }));
+    EXPECT_TRUE(only_structure([](ShellData& d) { std::swap(d.surface.lower, d.surface.upper); }));
 }
 
 TEST(Verify, NumbersOfTheShell) {

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "its/base.h"
+#include "its/shell.h"
+
+/// Questions to a shell, one point or millions: inside or outside (exact, or from the shell alone), f, its
+/// gradient, bounds of the true distance. Points and lengths are in mesh units.
+namespace its {
+
+/// Where a point is. The values are the codes of batches.
+enum class Side : std::int8_t { inside = -1, on_surface = 0, outside = 1 };
+
+/// Where a point is by f alone: f < ε₁, ε₁ ≤ f ≤ ε₂, f > ε₂.
+enum class ShellSide : std::int8_t { inside = -1, on_shell = 0, outside = 1 };
+
+/// The code of a point with a coordinate that is NaN or infinite, in batches of sides.
+inline constexpr std::int8_t not_finite = 2;
+
+/// A proven enclosure: lower ≤ the true value ≤ upper.
+struct Interval {
+    double lower = 0, upper = 0;
+};
+
+struct BatchOptions {
+    int threads = 0;         ///< 0: all. The results are the same bits for any number; few points: one thread
+    Progress progress = {};  ///< stage "query"; after it returns false some results may have been written
+};
+
+struct QueryIndex;  // private to the library
+
+/// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
+/// milliseconds whatever the size of the shell. All members may be called from any number of threads; those
+/// for one point allocate nothing.
+class Query {
+public:
+    explicit Query(ThinShell shell);
+
+    const ThinShell& shell() const { return shell_; }
+
+    /// The exact side, by the shell's sign rule: decided as if by exact arithmetic, without tolerance. Under
+    /// SignRule::winding: on_surface iff the point lies on a triangle, else inside iff its winding number is at
+    /// least 1. Under SignRule::unsigned_rule there is no inside: on_surface or outside.
+    /// \throws InputError if a coordinate is NaN or infinite
+    Side classify(const Vec3& point) const;
+
+    /// The side by f and ε₁, ε₂ alone, as in the paper: every point of M is on_shell, and so is a thin layer
+    /// around it. \throws InputError if a coordinate is NaN or infinite
+    ShellSide classify_shell(const Vec3& point) const;
+
+    /// f, as ThinShell::value (which is slower away from M): the same bits in cells that meet M, elsewhere the
+    /// same up to rounding. NaN for a non-finite point.
+    double value(const Vec3& point) const;
+
+    /// ∇f, as ThinShell::gradient. NaN for a non-finite point.
+    Vec3 gradient(const Vec3& point) const;
+
+    /// Encloses the signed distance to M: its magnitude by |D(g)| − |p − g| and |D(g)| + |p − g| over the grid
+    /// points g around p, whose distances D(g) are exact up to a proven rounding, its sign by classify().
+    /// Rounding is included. At most about twice the diagonal of the leaf cell wide.
+    /// \throws InputError if a coordinate is NaN or infinite; OptionError if the shell was built with
+    ///         Solver::lscg, whose values are not exact distances
+    Interval signed_distance_bound(const Vec3& point) const;
+
+    // Batches: `out` must have as many elements as `points`, else OptionError. The results are those of the
+    // single calls, but a non-finite point is no error: it gets the code not_finite, or NaN.
+    // \throws OptionError, Cancelled
+
+    /// Codes of Side, and not_finite.
+    void classify(std::span<const Vec3> points, std::span<std::int8_t> out,
+                  const BatchOptions& options = {}) const;
+    /// Codes of ShellSide, and not_finite.
+    void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out,
+                        const BatchOptions& options = {}) const;
+    void value(std::span<const Vec3> points, std::span<double> out, const BatchOptions& options = {}) const;
+    void gradient(std::span<const Vec3> points, std::span<Vec3> out, const BatchOptions& options = {}) const;
+    void signed_distance_bound(std::span<const Vec3> points, std::span<Interval> out,
+                               const BatchOptions& options = {}) const;
+
+    /// Bytes of the index, beside those of the shell.
+    std::uint64_t memory_bytes() const;
+
+    const QueryIndex& index() const { return *index_; }
+
+private:
+    ThinShell shell_;
+    std::shared_ptr<const QueryIndex> index_;
+};
+
+}  // namespace its

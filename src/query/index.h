@@ -1,0 +1,155 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "base/simd.h"
+#include "its/shell.h"
+#include "octree/morton.h"
+#include "octree/octree.h"
+#include "shell/shell_data.h"
+
+/// Where a point is in the octree, fast: a dense grid over the coarse levels, and the shell's own arrays below
+/// it. docs/design/query.md has the layout and the alternatives that were measured.
+namespace its {
+
+/// One level of the shell's arrays, without the owners.
+struct LevelView {
+    const std::uint8_t* mask = nullptr;
+    const std::uint8_t* inside = nullptr;
+    const Ranks::Word* ranks = nullptr;
+    const double* values = nullptr;
+};
+
+/// A lattice cell that the octree does not subdivide, although hats of the next finer level reach into it from
+/// its neighbours: its 27 points as a group's, so that f is trilinear on each of the eight children, but for
+/// those that have a halo in turn.
+struct Halo {
+    double value[group_points];
+    std::uint32_t next[8];  ///< 1 + index of the child's halo in the level below; 0: none
+};
+
+struct QueryIndex {
+    static constexpr int top_bits = 6;  ///< the grid has at most 2^top_bits cells a side
+    /// Halos are made for level t − 1, and for finer levels of at most so many groups. This bounds the index
+    /// and the time to make it, whatever the shell; few points lie at halos of finer levels, and for those
+    /// neighbours are looked up.
+    static constexpr std::uint64_t most_halo_groups = 16384;
+
+    // An entry of the grid, for a lattice cell of level `level`:
+    static constexpr std::uint32_t subdivided = 1u << 31;  ///< the other bits: its group in level − 1
+    static constexpr std::uint32_t inside = 1u << 30;      ///< else: in a leaf, which is on this side,
+    static constexpr std::uint32_t halo = inside - 1;      ///< and 1 + its halo in level − 1, or 0
+
+    explicit QueryIndex(const ShellData& shell);
+
+    std::uint64_t top_index(const Cell& cell) const {
+        const auto n = std::uint64_t{side};
+        return (std::uint64_t{cell[2] >> level} * n + (cell[1] >> level)) * n + (cell[0] >> level);
+    }
+
+    const ShellData& shell;
+    Vec3 origin;                     ///< of the lattice, mesh units
+    double width = 1;                ///< of a finest cell, mesh units
+    double cells = 2;                ///< finest cells per side of the root
+    int level = 1;                   ///< t ≥ 1
+    std::uint32_t side;              ///< n = 2^(K+1−t): cells of level t per side of the root
+    std::vector<std::uint32_t> top;  ///< n³ entries, x fastest, and one that is outside, for points of no cell
+    std::vector<double> values;      ///< F_t at the (n+1)³ lattice points of level t
+    std::array<LevelView, max_depth + 1> levels;
+    int halo_level = 0;  ///< halos are there for the levels from this one to t − 1
+    std::array<std::vector<Halo>, max_depth + 1> halos;          ///< by level of the children
+    std::array<std::vector<std::uint32_t>, max_depth + 1> next;  ///< [k][8·group + child], as Halo::next
+
+    std::uint64_t memory_bytes() const;
+
+    /// As Lattice::to_lattice, the same bits.
+    Vec3 to_lattice(const Vec3& p) const {
+        return {(p.x - origin.x) / width, (p.y - origin.y) / width, (p.z - origin.z) / width};
+    }
+    /// False for NaN. M keeps an eighth of s away from the root's boundary: outside is outside.
+    bool in_root(const Vec3& u) const {
+        return (u.x >= 0) & (u.x < cells) & (u.y >= 0) & (u.y < cells) & (u.z >= 0) & (u.z < cells);
+    }
+};
+
+/// Of a point in the root cube, its upper boundary excluded.
+ITS_INLINE Cell finest_cell(const Vec3& u) {
+    const auto floor = [](double v) { return std::uint32_t(std::int32_t(v)); };
+    return {floor(u.x), floor(u.y), floor(u.z)};
+}
+
+/// Of a point in the closed root cube.
+inline Cell clamped_cell(const QueryIndex& index, const Vec3& u) {
+    Cell cell = finest_cell(u);
+    const std::uint32_t last = (index.side << index.level) - 1;
+    for (std::uint32_t& i : cell) i = i < last ? i : last;
+    return cell;
+}
+
+/// Exact: u and its floor.
+ITS_INLINE Vec3 local_in(const Vec3& u, const Cell& cell) {
+    return {u.x - double(std::int32_t(cell[0])), u.y - double(std::int32_t(cell[1])),
+            u.z - double(std::int32_t(cell[2]))};
+}
+
+/// Number of the child, among its siblings, that holds a finest cell on this level.
+ITS_INLINE unsigned child_at(const Cell& finest, int level) {
+    return (finest[0] >> level & 1) | (finest[1] >> level & 1) << 1 | (finest[2] >> level & 1) << 2;
+}
+
+/// A stored cell: child of a group of a level.
+struct Place {
+    std::uint64_t group;
+    unsigned child;
+    int level;
+    bool marked;  ///< of level 0 and meets M; else a leaf without M
+};
+
+/// Number of mask bits before the child: its group in the level below, or its number as a surface cell.
+ITS_INLINE std::uint64_t rank(const LevelView& level, std::uint64_t group, unsigned child) {
+    return level.ranks[group / 8].rank(group, int(child));
+}
+
+/// From a group of level − 1 down to the leaf that holds a finest cell.
+inline Place descend(const LevelView* levels, std::uint64_t group, int level, const Cell& finest) {
+    Place at{group, child_at(finest, level), level, false};
+    while (levels[at.level].mask[at.group] >> at.child & 1) {
+        if (at.level == 0) {
+            at.marked = true;
+            return at;
+        }
+        at.group = rank(levels[at.level], at.group, at.child);
+        at.child = child_at(finest, --at.level);
+    }
+    return at;
+}
+
+inline bool inside_bit(const LevelView* levels, const Place& at) {
+    return levels[at.level].inside[at.group] >> at.child & 1;
+}
+
+/// The eight corner values of a child, of the 27 of its group.
+ITS_INLINE void corner_values(const double* group, unsigned child, double (&value)[8]) {
+    const double* const lowest = group + (child & 1) + 3 * (child >> 1 & 1) + 9 * (child >> 2);
+    constexpr int offset[8] = {0, 1, 3, 4, 9, 10, 12, 13};
+    for (int c = 0; c < 8; ++c) value[c] = lowest[offset[c]];
+}
+
+ITS_INLINE void corner_values(const LevelView& level, std::uint64_t group, unsigned child, double (&value)[8]) {
+    corner_values(level.values + group_points * group, child, value);
+}
+
+/// A lattice cell of some level on which f is trilinear.
+struct Patch {
+    Cell cell;  ///< within its level
+    int level;
+    double value[8];
+};
+
+/// The patch that holds a finest cell.
+Patch find_patch(const QueryIndex& index, const Cell& finest);
+
+}  // namespace its

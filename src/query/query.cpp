@@ -1,0 +1,66 @@
+#include "its/query.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "geometry/vec3.h"
+#include "query/decide.h"
+#include "query/field.h"
+#include "query/index.h"
+
+namespace its {
+
+namespace {
+
+void require_finite(const Vec3& p) {
+    if (!finite(p))
+        throw InputError(fmt::format("point ({}, {}, {}): coordinates must be finite", p.x, p.y, p.z));
+}
+
+}  // namespace
+
+Query::Query(ThinShell shell)
+    : shell_(std::move(shell)), index_(std::make_shared<const QueryIndex>(shell_.data())) {}
+
+Side Query::classify(const Vec3& point) const {
+    const QueryIndex& index = *index_;
+    const Vec3 u = index.to_lattice(point);
+    if (!index.in_root(u)) {
+        require_finite(point);
+        return Side::outside;
+    }
+    const Cell finest = finest_cell(u);
+    const std::uint32_t entry = index.top[index.top_index(finest)];
+    if (!(entry & QueryIndex::subdivided)) return entry & QueryIndex::inside ? Side::inside : Side::outside;
+    const LevelView* const levels = index.levels.data();
+    const Place at = descend(levels, entry & ~QueryIndex::subdivided, index.level - 1, finest);
+    if (!at.marked) return inside_bit(levels, at) ? Side::inside : Side::outside;
+    return decide(index, point, {at.group, at.child, finest, local_in(u, finest)});
+}
+
+ShellSide Query::classify_shell(const Vec3& point) const {
+    require_finite(point);
+    return shell_side(shell_.info(), value(point));
+}
+
+double Query::value(const Vec3& point) const {
+    return field_value(*index_, point);
+}
+
+Vec3 Query::gradient(const Vec3& point) const {
+    return field_gradient(*index_, point);
+}
+
+Interval Query::signed_distance_bound(const Vec3& point) const {
+    require_finite(point);
+    require_distances(shell_.info());
+    return with_side(distance_bound(*index_, point), classify(point), shell_.info().sign);
+}
+
+std::uint64_t Query::memory_bytes() const {
+    return index_->memory_bytes();
+}
+
+}  // namespace its
