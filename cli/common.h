@@ -27,6 +27,7 @@ Run add_check(CLI::App& app);
 Run add_info(CLI::App& app);
 Run add_query(CLI::App& app);
 Run add_render(CLI::App& app);
+Run add_simplify(CLI::App& app);
 Run add_slice(CLI::App& app);
 Run add_surface(CLI::App& app);
 Run add_verify(CLI::App& app);

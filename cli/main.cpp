@@ -31,6 +31,7 @@ constexpr Command commands[] = {
     {"query", "Tell on which side of a mesh points are, and f there", add_query},
     {"verify", "Check the promises of a shell against its mesh, independently of the builder", add_verify},
     {"render", "Draw mesh, inner and outer surface side by side and cut open", add_render},
+    {"simplify", "Simplify a mesh, with a proven bound on the error", add_simplify},
     {"slice", "Draw a shell's function on a plane", add_slice},
     {"surface", "Write the surfaces that wrap the mesh inside and outside, or any level set", add_surface},
     {"view", "Write a page that shows a shell in a browser", add_view},

@@ -1,0 +1,195 @@
+#include "its/simplify.h"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "common.h"
+#include "report.h"
+
+namespace its::cli {
+namespace {
+
+struct Options {
+    CommonOptions common;
+    std::string mesh, output;
+    SimplifyOptions simplify;
+    std::uint64_t samples = 200'000;
+};
+
+/// Distances between mesh and result, both ways.
+struct Measured {
+    MeshDistance to_result, to_mesh;
+    double seconds = 0;
+};
+
+const Choices<SimplifyMethod> methods = {{"certified", SimplifyMethod::certified},
+                                         {"vertex", SimplifyMethod::vertex},
+                                         {"priority", SimplifyMethod::priority},
+                                         {"qem", SimplifyMethod::qem}};
+
+std::string method_name(SimplifyMethod method) {
+    for (const auto& [name, value] : methods)
+        if (value == method) return name;
+    return "";
+}
+
+Json distance_json(const MeshDistance& distance) {
+    return {{"max", distance.max}, {"mean", distance.mean}, {"root_mean_square", distance.root_mean_square}};
+}
+
+void print_simplify_json(const Options& options, const MeshFile& file, const SimplifyReport& report,
+                         const std::optional<Measured>& measured, double read, double write) {
+    Json json;
+    json["mesh"] = {{"file", options.mesh}, {"format", file.format}, {"warnings", file.warnings}};
+    json["method"] = method_name(options.simplify.method);
+    json["faces_before"] = report.faces_before;
+    json["faces_after"] = report.faces_after;
+    json["vertices_before"] = report.vertices_before;
+    json["vertices_after"] = report.vertices_after;
+    json["collapses"] = report.collapses;
+    json["refused"] = report.refused;
+    json["stop"] = reason(report.stop);
+    json["tolerance"] = options.simplify.tolerance ? Json(*options.simplify.tolerance) : Json();
+    json["proven_bound"] = report.proven_bound ? Json(*report.proven_bound) : Json();
+    json["in_shell"] = report.in_shell;
+    if (report.shell) {
+        const ShellInfo& shell = *report.shell;
+        json["shell"] = {{"depth", shell.depth},
+                         {"sign", name(shell.sign)},
+                         {"epsilon_inner", shell.epsilon_inner},
+                         {"epsilon_outer", shell.epsilon_outer},
+                         {"thickness", shell.thickness()}};
+    }
+    json["no_self_intersections"] = options.simplify.no_self_intersections;
+    if (measured) {
+        json["measured"] = {{"samples", options.samples},
+                            {"mesh_to_result", distance_json(measured->to_result)},
+                            {"result_to_mesh", distance_json(measured->to_mesh)}};
+        json["measured"]["hausdorff"] = std::max(measured->to_result.max, measured->to_mesh.max);
+    }
+    json["file"] = options.output;
+    json["seconds"] = {{"read", read},
+                       {"shell", report.seconds.shell},
+                       {"simplify", report.seconds.simplify},
+                       {"total", report.seconds.total},
+                       {"measure", measured ? measured->seconds : 0.0},
+                       {"write", write}};
+    print_json(json);
+}
+
+void print_report(const Options& options, const SimplifyReport& report, const std::optional<Measured>& measured,
+                  double read, double write) {
+    Table table;
+    table.row("Faces",
+              fmt::format("{} to {}", count_text(report.faces_before), count_text(report.faces_after)));
+    table.row("Stopped because", std::string(reason(report.stop)));
+    if (report.proven_bound)
+        table.row("Proven, both ways", fmt::format("every point within {}", length_text(*report.proven_bound)));
+    if (report.shell)
+        table.row("Shell", fmt::format("depth {}, [{}, {}]{}", report.shell->depth,
+                                       length_text(report.shell->epsilon_inner),
+                                       length_text(report.shell->epsilon_outer),
+                                       report.in_shell ? "; every point of the result is in it, proven" : ""));
+    if (options.simplify.no_self_intersections) table.row("Self-intersections", "none, by exact predicates");
+    if (measured) {
+        const auto text = [](const MeshDistance& d) {
+            return fmt::format("{} at most, {} on average", length_text(d.max), length_text(d.mean));
+        };
+        table.row("Measured, mesh to result", text(measured->to_result));
+        table.row("Measured, result to mesh", text(measured->to_mesh));
+    }
+    table.row("Time", seconds_text(report.seconds.total));
+    if (report.shell) table.row("  shell", seconds_text(report.seconds.shell));
+    table.row("  simplification", seconds_text(report.seconds.simplify));
+    if (measured) table.row("Measuring", seconds_text(measured->seconds));
+    table.row("Reading, writing", seconds_text(read) + ", " + seconds_text(write));
+    table.row("Wrote", options.output);
+    table.print();
+}
+
+std::optional<Measured> measure(const Options& options, const Mesh& mesh, const Mesh& result) {
+    const bool wanted = options.samples > 0 && (options.common.json || !options.common.quiet);
+    if (!wanted) return std::nullopt;
+    const Stopwatch watch;
+    Measured measured{mesh_distance(mesh, result, options.samples, options.common.threads),
+                      mesh_distance(result, mesh, options.samples, options.common.threads), 0};
+    measured.seconds = watch.seconds();
+    return measured;
+}
+
+int run(const Options& options) {
+    check_output(options.output, options.mesh);
+    const Stopwatch reading;
+    const MeshFile file = read_mesh_with_warnings(options.mesh);
+    const double read = reading.seconds();
+
+    ProgressBar bar(options.common.quiet);
+    SimplifyOptions simplify_options = options.simplify;
+    simplify_options.threads = options.common.threads;
+    simplify_options.progress = bar.callback();
+    // STL keeps 32-bit numbers: what is proven must hold for what is written.
+    const std::string extension =
+        CLI::detail::to_lower(std::filesystem::path(options.output).extension().string());
+    simplify_options.single_precision = extension == ".stl";
+    const Simplified result = naming_file(options.mesh, [&] { return simplify(file.mesh, simplify_options); });
+    bar.clear();
+    stop_if_interrupted();
+
+    const Stopwatch writing;
+    write_mesh(result.mesh, options.output);
+    const double write = writing.seconds();
+    if (options.simplify.faces && result.report.faces_after > *options.simplify.faces)
+        print_message("warning", fmt::format("{}: {} faces are left, not {}: {}", options.output,
+                                             result.report.faces_after, *options.simplify.faces,
+                                             reason(result.report.stop)));
+    const std::optional<Measured> measured = measure(options, file.mesh, result.mesh);
+    if (options.common.json)
+        print_simplify_json(options, file, result.report, measured, read, write);
+    else if (!options.common.quiet)
+        print_report(options, result.report, measured, read, write);
+    return done;
+}
+
+}  // namespace
+
+Run add_simplify(CLI::App& app) {
+    const auto options = std::make_shared<Options>();
+    SimplifyOptions& simplify = options->simplify;
+    app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();
+    app.add_option("-o,--output", options->output, "Mesh to write: .obj .stl .ply .off")
+        ->required()
+        ->type_name("OUT");
+    add_choice<SimplifyMethod>(app, "--method", methods, simplify.method,
+                               "What allows a collapse, or orders them")
+        ->type_name("METHOD");
+    app.add_option("--tolerance", simplify.tolerance,
+                   "No point of the result is farther from the mesh, and none of the mesh\n"
+                   "from the result: proven; mesh units")
+        ->type_name("LENGTH");
+    app.add_option("--faces", simplify.faces, "Stop at this number of triangles")->type_name("N");
+    app.add_option("--depth", simplify.depth,
+                   fmt::format("Stay in the shell of this depth, 0 to {}; default: none with --tolerance or\n"
+                               "--faces, else as its build chooses it",
+                               max_depth))
+        ->type_name("K");
+    app.add_option("--gamma", simplify.gamma, "priority: weight of f² beside the quadric error; default 1")
+        ->type_name("GAMMA");
+    app.add_flag("--no-self-intersections", simplify.no_self_intersections,
+                 "No two triangles of the result meet; those of the mesh must not");
+    app.add_option("--samples", options->samples,
+                   "Points for the measured distances, each way; 0: none; default 200,000")
+        ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000'000}))
+        ->type_name("N");
+    app.add_option_function<std::string>(
+           "--max-memory",
+           [options](const std::string& text) {
+               options->simplify.max_memory = parse_size("--max-memory", text);
+           },
+           "Refuse to take more for the shell: bytes, or with K, M, G, T (powers of 1000)")
+        ->type_name("SIZE");
+    options->common.declare(app, "its simplify model.stl -o small.stl --tolerance 0.1");
+    return [options] { return run(*options); };
+}
+
+}  // namespace its::cli

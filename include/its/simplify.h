@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "its/base.h"
+#include "its/mesh.h"
+#include "its/shell.h"
+
+/// Mesh simplification by edge collapses in the order of quadric errors, with a proven bound on the error.
+namespace its {
+
+enum class SimplifyMethod : std::uint8_t {
+    certified,  ///< proven: result near M and M near result, and every point of the result in the shell, see
+                ///< below
+    vertex,     ///< the paper's: a new vertex v needs ε₁ < f(v) < ε₂
+    priority,   ///< the paper's: cheapest first by quadric error + γ f²
+    qem,        ///< quadric errors alone (Garland and Heckbert 1997)
+};
+
+/// What `certified` proves depends on what is asked for; lengths are of the mesh's surface M and of the result
+/// R, every point of them.
+///  - `tolerance`: d(x, M) ≤ tolerance for x in R, and d(y, R) ≤ tolerance for y in M. Collapses until none is
+///  left
+///    that keeps this.
+///  - `faces`: the same, with a tolerance that is raised from below until the count is reached; the report has
+///  it.
+///  - both: the tolerance is not exceeded, and the count ends it.
+///  - `depth`: besides, every point of R evaluates to f in [ε₁, ε₂] of the shell of that depth.
+///  - neither `tolerance` nor `faces`: the shell alone, of the depth that build() chooses if none is given.
+struct SimplifyOptions {
+    SimplifyMethod method = SimplifyMethod::certified;
+    /// Stop at this many triangles or fewer; at least what the mesh's topology needs. priority and qem need it.
+    std::optional<std::uint64_t> faces = {};
+    /// Mesh units, > 0; certified only.
+    std::optional<double> tolerance = {};
+    std::optional<int> depth = {};      ///< of the shell, in [0, max_depth]; not for qem
+    std::optional<SignRule> sign = {};  ///< of the shell; empty: by the state of the mesh
+    double gamma = 1;  ///< γ ≥ 0 of priority. Errors and f are in units of the longest side of the bounds, and
+                       ///< quadric errors weigh a triangle by its share of the mean one: no unit matters
+    bool no_self_intersections = false;  ///< the result has none, by exact predicates; M must have none
+    /// The result's coordinates are 32-bit floating-point numbers, as STL files keep them, and what is proven
+    /// holds for those.
+    bool single_precision = false;
+    std::uint64_t max_memory = 0;  ///< bytes for building the shell; 0: three quarters of what is free
+    int threads = 0;               ///< for building the shell; 0: all. No result depends on it
+    Progress progress = {};
+};
+
+enum class SimplifyStop : std::uint8_t {
+    faces_reached,
+    tolerance_reached,  ///< no collapse is left that is proven to keep the tolerance, the shell and the
+                        ///< topology
+    shell_reached,      ///< no collapse is left that keeps the shell and the topology
+    topology_reached,   ///< no collapse is left that keeps the topology and flips no triangle
+};
+
+/// One sentence.
+std::string_view reason(SimplifyStop stop);
+
+struct SimplifyReport {
+    std::uint64_t faces_before = 0, faces_after = 0;
+    std::uint64_t vertices_before = 0, vertices_after = 0;  ///< distinct positions used by triangles
+    std::uint64_t collapses = 0, refused = 0;               ///< refused: tests that came out negative
+    SimplifyStop stop = SimplifyStop::topology_reached;
+    /// Proven for every point: d(x, M) ≤ bound on the result, d(y, result) ≤ bound on M. Empty: nothing proven.
+    std::optional<double> proven_bound;
+    std::optional<ShellInfo> shell;  ///< of the shell that was used
+    bool in_shell = false;           ///< proven: every point of the result is in the shell
+    struct Seconds {
+        double shell = 0, simplify = 0, total = 0;  ///< total: of the call
+    } seconds;
+};
+
+struct Simplified {
+    Mesh mesh;  ///< triangles keep their orientation; vertices with identical coordinates are one
+    SimplifyReport report;
+};
+
+/// Simplifies a mesh. Topology is kept: components, holes, boundary loops, handles. Boundaries may move only by
+/// merging their own vertices. Vertices where the mesh is no manifold with boundary stay where they are.
+/// \throws InputError (no triangles, non-finite coordinates, indices out of range; self-intersections that must
+///         not be), OptionError (out of range, contradicting, a tolerance below what coordinates can resolve or
+///         above which the shell of the given depth is thicker, fewer faces than the topology needs),
+///         MemoryError, Cancelled.
+Simplified simplify(const Mesh& mesh, const SimplifyOptions& options = {});
+
+/// Distances from samples of one mesh to another: measured, a lower bound of what is so for all points.
+struct MeshDistance {
+    double max = 0;                         ///< one-sided Hausdorff distance
+    double mean = 0, root_mean_square = 0;  ///< by area
+};
+
+/// From points of `from` to `to`: vertices (for max alone), and `samples` points in a regular order, by area.
+/// \throws InputError, as simplify()
+MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples = 200'000, int threads = 0);
+
+}  // namespace its

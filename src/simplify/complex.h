@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "its/mesh.h"
+
+/// The mesh that edge collapses work on: triangles, and at each vertex the list of its corners, in flat arrays.
+namespace its {
+
+inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::max();
+
+/// The nearest 32-bit number. Not inline: GCC 12 drops the rounding where it makes vector code of several
+/// conversions to float and back (a fault of its own; -O1 and -fno-tree-slp-vectorize do not).
+double rounded_to_single(double x);
+
+/// A simplicial complex of triangles, manifold or not. Corner 3t + k is corner k of triangle t.
+class Complex {
+public:
+    /// Vertices with identical coordinates become one. Vertices of edges with more than two triangles, of stars
+    /// that are more than one fan, and of triangles that have a corner twice are fixed: they never move and
+    /// never go.
+    explicit Complex(const Mesh& mesh);
+
+    std::uint64_t vertices() const { return position_.size(); }   ///< gone ones included
+    std::uint64_t triangles() const { return triangle_.size(); }  ///< gone ones included
+    std::uint64_t living_triangles() const { return living_; }
+    const Vec3& position(std::uint32_t v) const { return position_[v]; }
+    const Triangle& triangle(std::uint32_t t) const { return triangle_[t]; }
+    bool has_triangle(std::uint32_t t) const { return triangle_[t][0] != no_index; }
+    bool has_vertex(std::uint32_t v) const { return head_[v] != no_index; }
+    bool is_fixed(std::uint32_t v) const { return kind_[v] == Kind::fixed; }
+    bool on_boundary(std::uint32_t v) const { return kind_[v] == Kind::boundary; }
+    std::uint32_t number_in_mesh(std::uint32_t v) const { return source_[v]; }
+
+    /// fn(triangle, corner 0 to 2) for each triangle around v; those of no area by a double corner twice.
+    template <class F>
+    void for_star(std::uint32_t v, F&& fn) const {
+        for (std::uint32_t c = head_[v]; c != no_index; c = next_[c]) fn(c / 3, c % 3);
+    }
+
+    /// Appends the triangles around u or v: first those around both.
+    /// \return how many are around both
+    std::uint32_t ring(std::uint32_t u, std::uint32_t v, std::vector<std::uint32_t>& triangles) const;
+
+    /// The link condition (Dey et al. 1999), with a vertex at infinity joined to the boundary: merging u and v
+    /// changes no topology. `triangles`, `shared`: their ring. u is not fixed.
+    bool can_merge(std::uint32_t u, std::uint32_t v, std::span<const std::uint32_t> triangles,
+                   std::uint32_t shared);
+
+    /// Merges u into v, which moves to `to`; the `shared` first triangles of their ring go.
+    void merge(std::uint32_t u, std::uint32_t v, const Vec3& to, std::span<const std::uint32_t> triangles,
+               std::uint32_t shared);
+
+    /// Rounds all coordinates to 32-bit numbers. Returns by how much a point was moved at most.
+    double round_to_single();
+
+    /// The fewest triangles that any mesh with these components and their topology has, by Euler's formula and
+    /// the number of edges between that many vertices (Heawood); fixed and open parts count 1 each.
+    std::uint64_t fewest_triangles() const;
+
+    /// Throws std::logic_error at the first broken invariant; for tests.
+    void validate() const;
+
+private:
+    enum class Kind : std::uint8_t { inner, boundary, fixed };
+
+    Kind kind_of(std::uint32_t v, std::vector<std::array<std::uint32_t, 2>>& links) const;
+    std::uint32_t triangles_at_edge(std::uint32_t u, std::uint32_t v) const;
+
+    std::vector<Vec3> position_;
+    std::vector<std::uint32_t> source_;  ///< a vertex of the mesh with this position
+    std::vector<Triangle> triangle_;     ///< corner 0 is no_index when it is gone
+    std::vector<std::uint32_t> head_;    ///< first corner at each vertex; no_index when it is gone
+    std::vector<std::uint32_t> next_;    ///< next corner at the same vertex
+    std::vector<Kind> kind_;
+    std::uint64_t living_ = 0;
+    std::vector<std::uint64_t> mark_;  ///< of a vertex: scratch of can_merge
+    std::uint64_t epoch_ = 0;
+};
+
+}  // namespace its

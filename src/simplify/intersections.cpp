@@ -1,0 +1,217 @@
+#include "simplify/intersections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/predicates.h"
+#include "geometry/vec3.h"
+
+namespace its {
+
+namespace {
+
+bool segment_meets(const Vec3& p, const Vec3& q, const NumberedTriangle& t) {
+    bool degenerate = false;
+    return segment_crossing(t.corner[0], t.corner[1], t.corner[2], p, q, degenerate) != 0 || degenerate;
+}
+
+/// Whether two triangles over the edge pq, with the third corners a and b, lie on each other.
+bool folded(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b) {
+    if (orient3d(p, q, a, b) != 0) return false;
+    // Coplanar: in a projection that keeps pqa's area, a and b on the same side of pq.
+    for (int axis = 0; axis < 3; ++axis) {
+        const int x = (axis + 1) % 3, y = (axis + 2) % 3;
+        const int side = orient2d(p[x], p[y], q[x], q[y], a[x], a[y]);
+        if (side != 0) return orient2d(p[x], p[y], q[x], q[y], b[x], b[y]) == side;
+    }
+    return true;  // a on the line pq: of no area, and part of the other's edge
+}
+
+}  // namespace
+
+bool intersect(const NumberedTriangle& s, const NumberedTriangle& t) {
+    // Corners of s, and of t, that the other does not have, after those that both have.
+    std::array<std::size_t, 3> in_s, in_t;
+    std::size_t shared = 0;
+    std::array<bool, 3> used_s{}, used_t{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j)
+            if (s.number[i] == t.number[j] && !used_s[i] && !used_t[j]) {
+                in_s[shared] = i, in_t[shared] = j;
+                used_s[i] = used_t[j] = true;
+                ++shared;
+            }
+    if (shared == 3) return true;
+    for (std::size_t i = 0, at_s = shared, at_t = shared; i < 3; ++i) {
+        if (!used_s[i]) in_s[at_s++] = i;
+        if (!used_t[i]) in_t[at_t++] = i;
+    }
+    const auto sc = [&](std::size_t i) { return s.corner[in_s[i]]; };
+    const auto tc = [&](std::size_t i) { return t.corner[in_t[i]]; };
+    if (shared == 2) return folded(sc(0), sc(1), sc(2), tc(2));
+    // One shared corner: the triangles meet elsewhere only if the opposite edge of one meets the other.
+    if (shared == 1) return segment_meets(sc(1), sc(2), t) || segment_meets(tc(1), tc(2), s);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        if (segment_meets(s.corner[i], s.corner[j], t) || segment_meets(t.corner[i], t.corner[j], s))
+            return true;
+    }
+    return false;
+}
+
+namespace {
+
+NumberedTriangle numbered(const Complex& mesh, std::uint32_t t) {
+    const Triangle& c = mesh.triangle(t);
+    return {c, {mesh.position(c[0]), mesh.position(c[1]), mesh.position(c[2])}};
+}
+
+Box box_of(const std::array<Vec3, 3>& corner) {
+    Box box{corner[0], corner[0]};
+    for (const Vec3& p : corner)
+        for (int axis = 0; axis < 3; ++axis) {
+            box.min[axis] = std::min(box.min[axis], p[axis]);
+            box.max[axis] = std::max(box.max[axis], p[axis]);
+        }
+    return box;
+}
+
+bool apart(const Box& a, const Box& b) {
+    for (int axis = 0; axis < 3; ++axis)
+        if (a.max[axis] < b.min[axis] || b.max[axis] < a.min[axis]) return true;
+    return false;
+}
+
+std::uint64_t key(std::uint64_t cell, int level) {
+    std::uint64_t h = (cell ^ std::uint64_t(level) << 59) * 0x9e3779b97f4a7c15ull;
+    return h ^ h >> 32;  // cells that get the same key only add triangles to look at
+}
+
+}  // namespace
+
+TriangleGrid::TriangleGrid(const Complex& mesh) {
+    mark_.assign(mesh.triangles(), 0);
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+    double sum = 0;
+    for (std::uint32_t t = 0; t < mesh.triangles(); ++t) {
+        if (!mesh.has_triangle(t)) continue;
+        const Box box = box_of(numbered(mesh, t).corner);
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], box.min[axis]);
+            high[axis] = std::max(high[axis], box.max[axis]);
+        }
+        const Vec3 d = box.max - box.min;
+        sum += std::max({d.x, d.y, d.z});
+    }
+    origin_ = low;
+    const double side = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+    width_ = std::max(sum / double(std::max<std::uint64_t>(mesh.living_triangles(), 1)), side * 0x1p-18);
+    if (!(width_ > 0)) width_ = 1;
+    for (std::uint32_t t = 0; t < mesh.triangles(); ++t)
+        if (mesh.has_triangle(t)) insert(t, mesh);
+}
+
+int TriangleGrid::level_of(const Box& box) const {
+    const Vec3 d = box.max - box.min;
+    const double extent = std::max({d.x, d.y, d.z});
+    int level = 0;
+    for (double w = width_; w < extent && level + 1 < levels; w *= 2) ++level;
+    return level;
+}
+
+template <class F>
+void TriangleGrid::for_cells(const Box& box, int level, F&& fn) const {
+    const double width = std::ldexp(width_, level);
+    std::array<std::int64_t, 3> first, last;
+    for (int axis = 0; axis < 3; ++axis) {
+        // Far outside of the grid all is in its last cells: 20 bits an axis.
+        const auto cell = [&](double x) {
+            return std::int64_t(std::clamp(std::floor((x - origin_[axis]) / width), -1.0, 0x1p20 - 2)) + 1;
+        };
+        first[std::size_t(axis)] = cell(box.min[axis]);
+        last[std::size_t(axis)] = cell(box.max[axis]);
+    }
+    for (std::int64_t z = first[2]; z <= last[2]; ++z)
+        for (std::int64_t y = first[1]; y <= last[1]; ++y)
+            for (std::int64_t x = first[0]; x <= last[0]; ++x)
+                fn(std::uint64_t(x) | std::uint64_t(y) << 20 | std::uint64_t(z) << 40);
+}
+
+void TriangleGrid::insert(std::uint32_t triangle, const Complex& mesh) {
+    const Box box = box_of(numbered(mesh, triangle).corner);
+    const int level = level_of(box);
+    ++in_level_[std::size_t(level)];
+    for_cells(box, level, [&](std::uint64_t cell) { cells_[key(cell, level)].push_back(triangle); });
+}
+
+void TriangleGrid::remove(std::uint32_t triangle, const Complex& mesh) {
+    const Box box = box_of(numbered(mesh, triangle).corner);
+    const int level = level_of(box);
+    --in_level_[std::size_t(level)];
+    for_cells(box, level, [&](std::uint64_t cell) {
+        auto& list = cells_[key(cell, level)];
+        if (const auto at = std::find(list.begin(), list.end(), triangle); at != list.end()) {
+            *at = list.back();
+            list.pop_back();
+        }
+    });
+}
+
+/// fn() for each triangle that is met and not marked; stops when it returns false.
+template <class F>
+void TriangleGrid::for_met(const NumberedTriangle& triangle, const Complex& mesh, F&& fn) {
+    const Box box = box_of(triangle.corner);
+    bool going = true;
+    for (int level = 0; level < levels && going; ++level) {
+        if (in_level_[std::size_t(level)] == 0) continue;
+        for_cells(box, level, [&](std::uint64_t cell) {
+            const auto found = cells_.find(key(cell, level));
+            if (!going || found == cells_.end()) return;
+            for (const std::uint32_t t : found->second) {
+                if (mark_[t] == epoch_) continue;
+                mark_[t] = epoch_;
+                const NumberedTriangle other = numbered(mesh, t);
+                if (apart(box, box_of(other.corner)) || !intersect(triangle, other)) continue;
+                going = fn();
+                if (!going) return;
+            }
+        });
+    }
+}
+
+bool TriangleGrid::meets(const NumberedTriangle& triangle, const Complex& mesh,
+                         std::span<const std::uint32_t> ring) {
+    ++epoch_;
+    for (const std::uint32_t t : ring) mark_[t] = epoch_;
+    bool met = false;
+    for_met(triangle, mesh, [&] {
+        met = true;
+        return false;
+    });
+    return met;
+}
+
+std::uint64_t TriangleGrid::count_met(const NumberedTriangle& triangle, const Complex& mesh) {
+    ++epoch_;
+    std::uint64_t count = 0;
+    for_met(triangle, mesh, [&] {
+        ++count;
+        return true;
+    });
+    return count;
+}
+
+std::uint64_t count_intersections(const Complex& mesh) {
+    std::uint64_t count = 0;
+    TriangleGrid grid(mesh);
+    for (std::uint32_t t = 0; t < mesh.triangles(); ++t) {
+        if (!mesh.has_triangle(t)) continue;
+        grid.remove(t, mesh);  // those that remain have higher numbers
+        count += grid.count_met(numbered(mesh, t), mesh);
+    }
+    return count;
+}
+
+}  // namespace its

@@ -1,0 +1,101 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/program.h"
+#include "support/zoo.h"
+
+/// `its simplify`: what it writes, says and refuses.
+namespace its::cli_test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+class SimplifyCommand : public testing::Test {
+protected:
+    const Workshop shop;
+    const std::string mesh = shop.add("ball.obj", zoo::sphere({1, 2, 3}, 2, 4));
+
+    json simplified(std::vector<std::string> options, const std::string& output = "out.ply") const {
+        options.insert(options.begin(), {"simplify", mesh, "-o", shop.path(output), "--json"});
+        const Result result = run(options);
+        EXPECT_EQ(result.status, 0) << result.error;
+        return json::parse(result.out);
+    }
+    void refuses(std::vector<std::string> options, const std::string& text) const {
+        options.insert(options.begin(), {"simplify", mesh, "-o", shop.path("refused.obj")});
+        const Result result = run(options);
+        EXPECT_EQ(result.status, 2);
+        EXPECT_THAT(result.error, StartsWith("its: error: "));
+        EXPECT_THAT(result.error, HasSubstr(text));
+        EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << result.error;
+        EXPECT_THAT(result.out, IsEmpty());
+        EXPECT_FALSE(std::filesystem::exists(shop / "refused.obj"));
+    }
+};
+
+TEST_F(SimplifyCommand, WithinATolerance) {
+    for (const char* output : {"out.ply", "out.obj", "out.off", "out.stl"}) {
+        const json j = simplified({"--tolerance", "0.01"}, output);
+        EXPECT_EQ(j["faces_before"], 5120);
+        EXPECT_LT(j["faces_after"], 1500);
+        EXPECT_EQ(j["proven_bound"], 0.01);
+        EXPECT_LE(j["measured"]["hausdorff"], 0.01);
+        EXPECT_GT(j["measured"]["hausdorff"], 0.001);
+        EXPECT_EQ(read_mesh(shop / output).mesh.triangles.size(), j["faces_after"]);
+        for (const char* name : {"read", "simplify", "total", "measure", "write"})
+            EXPECT_TRUE(j["seconds"].contains(name));
+    }
+}
+
+TEST_F(SimplifyCommand, ToAFaceCountByEveryMethod) {
+    for (const char* method : {"certified", "vertex", "priority", "qem"}) {
+        const json j = simplified({"--faces", "1600", "--method", method});
+        EXPECT_EQ(j["faces_after"], 1600) << method;
+        EXPECT_EQ(j["method"], method);
+        EXPECT_EQ(j["proven_bound"].is_null(), std::string(method) != "certified");
+        EXPECT_EQ(j["stop"], "the number of faces is reached");
+    }
+}
+
+TEST_F(SimplifyCommand, InAShell) {
+    const json j = simplified({"--depth", "5", "--samples", "0"});
+    EXPECT_EQ(j["shell"]["depth"], 5);
+    EXPECT_EQ(j["in_shell"], true);
+    EXPECT_FALSE(j.contains("measured"));
+    EXPECT_EQ(j["stop"], "no collapse is left that stays in the shell");
+}
+
+TEST_F(SimplifyCommand, ReportsForPeople) {
+    const Result result = run({"simplify", mesh, "-o", shop.path("out.off"), "--faces", "100"});
+    EXPECT_EQ(result.status, 0);
+    EXPECT_THAT(result.out, HasSubstr("5,120 to 100"));
+    EXPECT_THAT(result.out, HasSubstr("every point within"));
+    EXPECT_THAT(run({"simplify", mesh, "-o", shop.path("out.off"), "--faces", "100", "-q"}).out, IsEmpty());
+}
+
+TEST_F(SimplifyCommand, WarnsIfTheCountIsOutOfReach) {
+    const Result result =
+        run({"simplify", mesh, "-o", shop.path("out.off"), "--faces", "100", "--tolerance", "0.001"});
+    EXPECT_EQ(result.status, 0);
+    EXPECT_THAT(result.error, HasSubstr("faces are left, not 100: no collapse is left"));
+}
+
+TEST_F(SimplifyCommand, RefusesInOneLine) {
+    refuses({"--tolerance", "0"}, "tolerance 0");
+    refuses({"--tolerance", "-0.5"}, "tolerance -0.5");
+    refuses({"--tolerance", "abc"}, "--tolerance");
+    refuses({"--tolerance", "1e-5", "--depth", "3"}, "depth 3 cannot reach it");
+    refuses({"--faces", "2"}, "needs at least 4");
+    refuses({"--method", "qem"}, "needs a number of faces");
+    refuses({"--method", "best"}, "none of certified");
+    refuses({"--depth", "77", "--faces", "100"}, "depth 77");
+    refuses({"--max-memory", "1K", "--depth", "8"}, "memory");
+}
+
+}  // namespace
+}  // namespace its::cli_test
