@@ -11,7 +11,6 @@ jobs=$(nproc)
 unset ITS_TEST_MESHES
 
 export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
-export LSAN_OPTIONS=suppressions=$PWD/scripts/lsan.supp:print_suppressions=0
 export UBSAN_OPTIONS=print_stacktrace=1
 # No suppressions: under -fsanitize=thread our parallel loops run on plain threads, see src/base/parallel.h.
 export TSAN_OPTIONS=second_deadlock_stack=1
