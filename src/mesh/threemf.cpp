@@ -92,6 +92,8 @@ public:
                 if (in_mesh_ && tag.opens) tag.name == "vertex" ? add_vertex(tag) : add_triangle(tag);
             } else if (tag.name == "object") {
                 object_ = tag.opens ? &new_object(tag) : nullptr;
+                if (tag.closes) object_ = nullptr;
+                in_mesh_ = false;  // whatever has not been closed
             } else if (tag.name == "mesh") {
                 in_mesh_ = object_ != nullptr && tag.opens && !tag.closes;
             } else if (tag.name == "component" && tag.opens && object_ != nullptr) {

@@ -698,6 +698,16 @@ TEST(ThreeMf, EntitiesAndUtf16AreRefused) {
                 HasSubstr("of its own"));
 }
 
+TEST(ThreeMf, TagsThatEndTooSoonOrTooLate) {
+    // Found by fuzzing: vertices of a mesh whose object has ended.
+    const std::string face = "<vertex x=\"0\"/><triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
+    for (const std::string& model :
+         {"<object id=\"1\"><mesh></object>" + face, "<object id=\"1\"/><mesh>" + face, "<mesh>" + face,
+          "</mesh></object>" + face})
+        EXPECT_THAT(error_of([&] { parse_3mf(threemf_xml("<model>" + model + "</model>")); }),
+                    HasSubstr("no faces"));
+}
+
 TEST(ThreeMf, WhatItIsMadeOfMayNotGoInCircles) {
     EXPECT_THAT(error_of([] {
                     parse_3mf(threemf_xml(

@@ -2,7 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
 #include <cmath>
+#include <cstdlib>
+#include <string>
 
 #include "geometry/vec3.h"
 #include "its/shell.h"
@@ -124,6 +128,28 @@ TEST(ExtremeSizes, EdgesThatGrazeAFaceOfTheLattice) {
         disc.triangles.push_back({0, i + 1, (i + 1) % corners + 1});
     }
     for (const int depth : {3, 5}) EXPECT_LE(relative_thickness(disc, depth), cells(1, depth));
+}
+
+TEST(SlowExtremeSizes, FiveMillionTriangles) {
+    if (std::getenv("ITS_TEST_LARGE") == nullptr) GTEST_SKIP() << "takes 2 GB: set ITS_TEST_LARGE to run it";
+    Mesh mesh = zoo::torus(1, 0.35, 2500, 1000);
+    std::uint64_t state = 20240614;
+    for (Vec3& p : mesh.vertices) {  // a scan's noise
+        state = state * 6364136223846793005ull + 1442695040888963407ull;
+        p.z += 1e-5 * double(state >> 40) * 0x1p-24;
+    }
+    ASSERT_EQ(mesh.triangles.size(), 5000000u);
+    for (const int depth : {8, 10}) {
+        BuildTimes times;
+        const ThinShell shell = build(mesh, {.depth = depth}, &times);
+        EXPECT_EQ(shell.info().sign, SignRule::winding);
+        EXPECT_LE(shell.info().epsilon_outer - shell.info().epsilon_inner, shell.info().cell_width);
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        EXPECT_LE(std::uint64_t(usage.ru_maxrss) * 1024, 2 * estimate_memory(mesh, depth));
+        RecordProperty("seconds_at_depth_" + std::to_string(depth), std::to_string(times.total));
+        RecordProperty("peak_kilobytes_at_depth_" + std::to_string(depth), std::to_string(usage.ru_maxrss));
+    }
 }
 
 TEST(SlowExtremeSizes, DepthTwelve) {
