@@ -5,7 +5,7 @@
 set -euo pipefail
 
 build=(g++ cmake ninja-build ccache libeigen3-dev libtbb-dev libfmt-dev libpng-dev libxxhash-dev
-       libcli11-dev nlohmann-json3-dev libtinygltf-dev lib3mf-dev zlib1g-dev libboost-dev pkgconf libfreetype-dev
+       libcli11-dev nlohmann-json3-dev libtinygltf-dev zlib1g-dev libboost-dev pkgconf libfreetype-dev
        fonts-roboto-unhinted libembree-dev)
 test=(libgtest-dev libgmock-dev libcgal-dev libassimp-dev libgmp-dev libmpfr-dev
       chromium clang clang-format clang-tidy libclang-rt-14-dev valgrind)

@@ -130,33 +130,4 @@ std::vector<ArchiveFile> unpack(std::string_view zip, std::uint64_t allowed) {
     return files;
 }
 
-std::string pack(const std::vector<ArchiveFile>& files) {
-    std::string zip, contents;
-    const auto put = [](std::string& to, std::uint64_t value, int size) {
-        if (size < 8 && value >> (8 * size) != 0) throw InputError("an archive beyond 4 GiB");
-        for (; size > 0; --size, value >>= 8) to.push_back(static_cast<char>(value & 0xff));
-    };
-    for (const auto& [name, bytes] : files) {
-        std::string common;
-        put(common, 20, 2), put(common, 0, 4),
-            put(common, 0x50210000, 4);  // version; no flags, stored; 2020-01-01
-        put(common, checksum(bytes), 4), put(common, bytes.size(), 4), put(common, bytes.size(), 4);
-        put(common, name.size(), 2), put(common, 0, 2);
-        contents += "PK\x01\x02";
-        put(contents, 20, 2);
-        contents += common + std::string(10, '\0');
-        put(contents, zip.size(), 4);
-        contents += name;
-        zip += "PK\x03\x04";
-        zip += common;
-        zip += name;
-        zip += bytes;
-    }
-    const std::uint64_t begin = zip.size();
-    zip += contents + "PK\x05\x06" + std::string(4, '\0');
-    put(zip, files.size(), 2), put(zip, files.size(), 2), put(zip, contents.size(), 4), put(zip, begin, 4),
-        put(zip, 0, 2);
-    return zip;
-}
-
 }  // namespace its

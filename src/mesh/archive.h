@@ -16,7 +16,4 @@ struct ArchiveFile {
 /// \throws InputError if it is damaged, or unpacks to more than `allowed` bytes in all.
 std::vector<ArchiveFile> unpack(std::string_view zip, std::uint64_t allowed);
 
-/// An archive of these files, stored without compression. \throws InputError beyond 4 GiB.
-std::string pack(const std::vector<ArchiveFile>& files);
-
 }  // namespace its

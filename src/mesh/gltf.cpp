@@ -16,6 +16,7 @@
 #include <tiny_gltf.h>
 
 #include "geometry/vec3.h"
+#include "mesh/affine.h"
 #include "mesh/readers.h"
 
 namespace its {
@@ -50,9 +51,12 @@ std::string_view check_glb(std::string_view bytes) {
     return bytes.substr(20, json);
 }
 
-/// Refuses JSON that would exhaust the stack or, at a few hundred bytes a value, the memory of its parser.
-void check_json(std::string_view json) {
+/// Refuses JSON that would exhaust the stack or the memory of its parsers: an empty node or material, three
+/// bytes of JSON, takes a kilobyte of tinygltf's.
+void check_json(std::string_view json, std::size_t file_bytes) {
     constexpr int deepest = 100;
+    const std::uint64_t most = (std::uint64_t{1} << 20) + file_bytes / 32;
+    std::uint64_t objects = 0;
     int depth = 0;
     bool in_string = false;
     for (std::size_t i = 0; i < json.size(); ++i) {
@@ -64,15 +68,34 @@ void check_json(std::string_view json) {
             in_string = true;
         } else if (c == '[' || c == '{') {
             if (++depth > deepest) throw InputError("its JSON is nested more than 100 levels deep");
+            if (++objects > most)
+                throw InputError(
+                    fmt::format("its JSON has more than {} objects and lists, out of all proportion", most));
         } else if (c == ']' || c == '}') {
             --depth;
         }
     }
 }
 
-/// What tinygltf may load: plain paths at or below the file's own folder.
+bool is_picture(const std::filesystem::path& path) {
+    const std::string extension = lower_extension(path);
+    for (const char* known :
+         {".png", ".jpg", ".jpeg", ".webp", ".ktx", ".ktx2", ".basis", ".dds", ".tga", ".bmp", ".gif"}) {
+        if (extension == known) return true;
+    }
+    return false;
+}
+
+/// The files beside the model, as far as they may be read.
+struct Siblings {
+    const LoadSibling& load;
+    std::uint64_t bytes = 0;  ///< of all so far
+};
+
+/// What tinygltf may load: plain paths at or below the file's own folder, 4 GiB in all, no pictures.
 bool read_sibling(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user) {
-    const LoadSibling& load = *static_cast<const LoadSibling*>(user);
+    auto& [load, bytes] = *static_cast<Siblings*>(user);
+    if (is_picture(path)) return false;  // a warning of tinygltf's that nobody reads
     const std::filesystem::path relative(path);
     bool plain = !path.empty() && relative.is_relative();
     for (const auto& part : relative) plain = plain && part != "..";
@@ -80,6 +103,8 @@ bool read_sibling(std::vector<unsigned char>* out, std::string* error, const std
         if (!load || !plain)
             throw FileError(fmt::format("file '{}' is not at or below the folder of the model", path));
         const std::string data = load(path);
+        bytes += data.size();
+        if (bytes > 0xffffffff) throw FileError("its buffers have more than 4 GiB");
         out->assign(data.begin(), data.end());
         return true;
     } catch (const FileError& failure) {
@@ -90,18 +115,18 @@ bool read_sibling(std::vector<unsigned char>* out, std::string* error, const std
 
 Model load_model(std::string_view bytes, const LoadSibling& load) {
     const bool binary = bytes.starts_with("glTF");
-    check_json(binary ? check_glb(bytes) : bytes);
+    check_json(binary ? check_glb(bytes) : bytes, bytes.size());
     if (bytes.size() > 0xffffffff) throw InputError("glTF files beyond 4 GiB are not read");
     tinygltf::TinyGLTF loader;
     const auto no_image = [](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
                              int, void*) { return true; };
     loader.SetImageLoader(no_image, nullptr);
-    LoadSibling callback = load;
+    Siblings siblings{load};
     loader.SetFsCallbacks(
         {[](const std::string&, void*) { return true; }, [](const std::string& path, void*) { return path; },
          read_sibling,
          [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; },
-         &callback});
+         &siblings});
     Model model;
     std::string error, warning;
     bool good = false;
@@ -136,7 +161,7 @@ T load_number(const unsigned char* at) {
 }
 static_assert(std::endian::native == std::endian::little);
 
-/// An accessor whose bytes are known to be there.
+/// Elements whose bytes are known to be there.
 struct View {
     const unsigned char* data = nullptr;
     std::size_t count = 0, stride = 0;
@@ -168,55 +193,82 @@ struct View {
                 return double{load_number<float>(at)};
         }
     }
+
+    void append_to(std::vector<double>& numbers, std::size_t components) const {
+        numbers.reserve(numbers.size() + count * components);
+        for (std::size_t i = 0; i < count; ++i) {
+            for (std::size_t k = 0; k < components; ++k) numbers.push_back(value(i, k));
+        }
+    }
 };
 
-/// \throws InputError unless accessor `index` has this type and lies within its buffer.
-View view_of(const Model& model, int index, int type) {
-    const auto bad = [&](std::string_view what) {
-        throw InputError(fmt::format("glTF accessor {}: {}", index, what));
-    };
-    if (index < 0 || std::size_t(index) >= model.accessors.size()) bad("there is none");
-    const tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
-    if (accessor.type != type) bad("it has the wrong type");
-    if (accessor.sparse.isSparse) bad("sparse accessors are not read");
-    if (accessor.bufferView < 0 || std::size_t(accessor.bufferView) >= model.bufferViews.size())
-        bad("it has no data");
-    const tinygltf::BufferView& part = model.bufferViews[std::size_t(accessor.bufferView)];
-    if (part.buffer < 0 || std::size_t(part.buffer) >= model.buffers.size()) bad("it has no buffer");
-    const std::vector<unsigned char>& bytes = model.buffers[std::size_t(part.buffer)].data;
-
-    View view;
-    view.component = accessor.componentType;
-    view.normalized = accessor.normalized;
-    view.count = accessor.count;
-    const int known = tinygltf::GetComponentSizeInBytes(std::uint32_t(accessor.componentType));
-    if (known <= 0 || known > 4 || accessor.componentType == TINYGLTF_COMPONENT_TYPE_INT)
-        bad("unknown kind of number");
-    const std::size_t size = std::size_t(known) * (type == TINYGLTF_TYPE_VEC3 ? 3 : 1);
-    view.stride = part.byteStride != 0 ? part.byteStride : size;
-    if (part.byteOffset > bytes.size() || part.byteLength > bytes.size() - part.byteOffset ||
-        accessor.byteOffset > part.byteLength) {
-        bad("it lies outside of its buffer");
-    }
-    const std::size_t room = part.byteLength - accessor.byteOffset;
-    if (view.count > 0 && (room < size || view.count - 1 > (room - size) / view.stride)) {
-        bad("it lies outside of its buffer");
-    }
-    view.data = bytes.data() + part.byteOffset + accessor.byteOffset;
-    return view;
+[[noreturn]] void bad_accessor(int index, std::string_view what) {
+    throw InputError(fmt::format("glTF accessor {}: {}", index, what));
 }
 
-/// An affine map: columns of the linear part, and the shift.
-struct Affine {
-    Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, shift;
+/// `count` elements of `components` numbers each. \throws InputError unless they lie within their buffer.
+View view_of(const Model& model, int accessor, int buffer_view, std::size_t offset, int component,
+             std::size_t components, std::size_t count) {
+    if (buffer_view < 0 || std::size_t(buffer_view) >= model.bufferViews.size())
+        bad_accessor(accessor, "it has no data");
+    const tinygltf::BufferView& part = model.bufferViews[std::size_t(buffer_view)];
+    if (part.buffer < 0 || std::size_t(part.buffer) >= model.buffers.size())
+        bad_accessor(accessor, "it has no buffer");
+    const std::vector<unsigned char>& bytes = model.buffers[std::size_t(part.buffer)].data;
+    const int known = tinygltf::GetComponentSizeInBytes(std::uint32_t(component));
+    if (known <= 0 || known > 4 || component == TINYGLTF_COMPONENT_TYPE_INT)
+        bad_accessor(accessor, "unknown kind of number");
 
-    Vec3 linear(const Vec3& p) const { return p.x * x + p.y * y + p.z * z; }
-    Vec3 operator()(const Vec3& p) const { return linear(p) + shift; }
-    Affine operator*(const Affine& inner) const {
-        return {linear(inner.x), linear(inner.y), linear(inner.z), (*this)(inner.shift)};
+    const std::size_t size = std::size_t(known) * components;
+    const std::size_t stride = part.byteStride != 0 ? part.byteStride : size;
+    const std::size_t room = part.byteLength - std::min(part.byteLength, offset);
+    if (part.byteOffset > bytes.size() || part.byteLength > bytes.size() - part.byteOffset ||
+        offset > part.byteLength || (count > 0 && (room < size || count - 1 > (room - size) / stride))) {
+        bad_accessor(accessor, "it lies outside of its buffer");
     }
-    double determinant() const { return dot(x, cross(y, z)); }
-};
+    return {.data = bytes.data() + part.byteOffset + offset,
+            .count = count,
+            .stride = stride,
+            .component = component};
+}
+
+/// The numbers of accessor `index`, one after the other. \throws InputError unless it has this type and its
+/// bytes are there.
+std::vector<double> numbers_of(const Model& model, int index, int type, MeshBuilder& mesh) {
+    if (index < 0 || std::size_t(index) >= model.accessors.size()) bad_accessor(index, "there is none");
+    const tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
+    if (accessor.type != type) bad_accessor(index, "it has the wrong type");
+    const std::size_t components = type == TINYGLTF_TYPE_VEC3 ? 3 : 1;
+    const bool sparse = accessor.sparse.isSparse;
+    if (accessor.bufferView < 0 && !sparse) bad_accessor(index, "it has no data");
+    mesh.charge_instance(accessor.count);
+    std::vector<double> numbers;
+    if (accessor.bufferView >= 0) {
+        View view = view_of(model, index, accessor.bufferView, accessor.byteOffset, accessor.componentType,
+                            components, accessor.count);
+        view.normalized = accessor.normalized;
+        view.append_to(numbers, components);
+    } else {
+        numbers.resize(accessor.count * components);  // zeros, says the specification
+    }
+    if (!sparse) return numbers;
+
+    const auto& changes = accessor.sparse;
+    const auto count = std::size_t(std::max(changes.count, 0));
+    const View places =
+        view_of(model, index, changes.indices.bufferView, std::size_t(changes.indices.byteOffset),
+                changes.indices.componentType, 1, count);
+    View values = view_of(model, index, changes.values.bufferView, std::size_t(changes.values.byteOffset),
+                          accessor.componentType, components, count);
+    values.normalized = accessor.normalized;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double place = places.value(i, 0);
+        if (!(place >= 0 && place < double(accessor.count))) bad_accessor(index, "a sparse index out of range");
+        for (std::size_t k = 0; k < components; ++k)
+            numbers[std::size_t(place) * components + k] = values.value(i, k);
+    }
+    return numbers;
+}
 
 /// A node's own transform: its matrix (column-major), or translation · rotation · scale.
 Affine transform_of(const tinygltf::Node& node) {
@@ -253,6 +305,12 @@ public:
     }
 
 private:
+    /// The vertices of an accessor: the first one's number, and how many.
+    struct Points {
+        std::int64_t first;
+        std::size_t count;
+    };
+
     /// The nodes of the default scene, or of the first, or all that are nobody's child.
     std::vector<int> roots() const {
         if (!model_.scenes.empty()) {
@@ -295,7 +353,7 @@ private:
 
     void add_mesh(int index, const Affine& map) {
         if (std::size_t(index) >= model_.meshes.size()) throw InputError("a glTF mesh does not exist");
-        std::map<int, std::int64_t> first_vertex;  // of the accessors of this mesh; primitives may share them
+        std::map<int, Points> points_of;  // the accessors of this mesh; primitives may share them
         for (const auto& primitive : model_.meshes[std::size_t(index)].primitives) {
             const int mode = primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
             if (mode < TINYGLTF_MODE_TRIANGLES || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
@@ -305,37 +363,36 @@ private:
             skinned_ = skinned_ || !primitive.targets.empty();
             const auto position = primitive.attributes.find("POSITION");
             if (position == primitive.attributes.end()) continue;  // nothing to draw, says the specification
-            const View points = view_of(model_, position->second, TINYGLTF_TYPE_VEC3);
-            const auto [first, added] = first_vertex.try_emplace(position->second, mesh_.vertex_count());
-            if (added) add_vertices(points, map);
-            add_primitive(primitive, mode, points.count, first->second, map.determinant() < 0);
+            const auto [points, added] =
+                points_of.try_emplace(position->second, Points{std::int64_t(mesh_.vertex_count()), 0});
+            if (added) points->second.count = add_vertices(position->second, map);
+            add_primitive(primitive, mode, points->second, map.determinant() < 0);
         }
     }
 
-    void add_vertices(const View& points, const Affine& map) {
-        mesh_.charge_instance(points.count);
-        for (std::size_t i = 0; i < points.count; ++i) {
-            mesh_.add_vertex(map({points.value(i, 0), points.value(i, 1), points.value(i, 2)}));
-        }
+    std::size_t add_vertices(int accessor, const Affine& map) {
+        const std::vector<double> p = numbers_of(model_, accessor, TINYGLTF_TYPE_VEC3, mesh_);
+        for (std::size_t i = 0; i < p.size(); i += 3) mesh_.add_vertex(map({p[i], p[i + 1], p[i + 2]}));
+        return p.size() / 3;
     }
 
-    void add_primitive(const tinygltf::Primitive& primitive, int mode, std::size_t points, std::int64_t first,
-                       bool mirrored) {
-        View indices;
-        indices.count = points;
-        if (primitive.indices >= 0) {
-            indices = view_of(model_, primitive.indices, TINYGLTF_TYPE_SCALAR);
-            if (indices.component == TINYGLTF_COMPONENT_TYPE_FLOAT)
+    void add_primitive(const tinygltf::Primitive& primitive, int mode, const Points& points, bool mirrored) {
+        std::vector<double> indices;
+        const bool indexed = primitive.indices >= 0;
+        if (indexed) {
+            indices = numbers_of(model_, primitive.indices, TINYGLTF_TYPE_SCALAR, mesh_);
+            const auto& accessor = model_.accessors[std::size_t(primitive.indices)];
+            if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT || accessor.normalized)
                 throw InputError("glTF indices must be whole numbers");
-            indices.normalized = false;
         }
+        const std::size_t count = indexed ? indices.size() : points.count;
         const auto vertex = [&](std::size_t i) {
-            const std::int64_t v = indices.data ? std::int64_t(indices.value(i, 0)) : std::int64_t(i);
-            return v >= 0 && std::size_t(v) < points ? first + v : -1;
+            const std::int64_t v = indexed ? std::int64_t(indices[i]) : std::int64_t(i);
+            return v >= 0 && std::size_t(v) < points.count ? points.first + v : -1;
         };
         const std::size_t step = mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1;
-        mesh_.charge_instance(indices.count / step);
-        for (std::size_t i = 2; i < indices.count; i += step) {
+        mesh_.charge_instance(count / step);
+        for (std::size_t i = 2; i < count; i += step) {
             const bool odd = mode == TINYGLTF_MODE_TRIANGLE_STRIP && i % 2 == 1;
             const std::int64_t a = vertex(mode == TINYGLTF_MODE_TRIANGLE_FAN ? 0 : i - 2), b = vertex(i - 1),
                                c = vertex(i);

@@ -25,7 +25,7 @@ void read_keyword(Text& text) {
         }
         length += prefix.size();
     }
-    if (!rest.substr(length).starts_with("OFF")) return;
+    if (!same_word(rest.substr(length, 3), "off")) return;
     for (length += 3; length > 0; --length) text.advance();
     text.skip_blanks();
     if (text.rest().starts_with("BINARY")) fail(text, "binary OFF is not read; write it as text, or as .ply");

@@ -7,6 +7,7 @@
 #include <memory>
 #include <new>
 
+#include "base/memory.h"
 #include "mesh/readers.h"
 #include "mesh/text.h"
 
@@ -38,10 +39,16 @@ Bytes read_file(const std::filesystem::path& path) {
             fmt::format("cannot read '{}': {}", path.string(), error ? error.message() : std::strerror(errno)));
     }
     Bytes bytes;
+    const auto too_large = [&] {
+        return MemoryError(fmt::format("'{}' has {} bytes, more than the memory", path.string(), size));
+    };
+    // Linux hands out more than there is, and ends the program when it is touched.
+    if (const std::uint64_t available = available_memory(); available > 0 && size > available)
+        throw too_large();
     try {
         bytes.data = std::make_unique_for_overwrite<char[]>(size);
     } catch (const std::bad_alloc&) {
-        throw MemoryError(fmt::format("'{}' has {} bytes, more than the memory", path.string(), size));
+        throw too_large();
     }
     bytes.size = std::fread(bytes.data.get(), 1, size, file.get());
     if (std::ferror(file.get()) != 0) {
@@ -54,7 +61,7 @@ bool starts_like_off(std::string_view text) {
     for (const std::string_view prefix : {"ST", "C", "N", "4", "n"}) {
         if (text.starts_with(prefix)) text.remove_prefix(prefix.size());
     }
-    return text.starts_with("OFF");
+    return same_word(text.substr(0, 3), "off");
 }
 
 /// Whether the first line that is not empty or a comment is a statement of OBJ.
@@ -87,7 +94,7 @@ MeshFile parse_mesh(std::string_view bytes, const std::string& extension, const 
     if (extension == ".stl" && is_exact_binary_stl(bytes)) return parse_stl(bytes);
     if (bytes.starts_with("glTF")) return parse_gltf(bytes, load);
     if (bytes.starts_with("PK\x03\x04")) return parse_3mf(bytes);
-    if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return parse_ply(bytes);
+    if (bytes.starts_with("ply") && bytes.size() > 3 && Text::is_space(bytes[3])) return parse_ply(bytes);
     Text text(bytes);
     text.skip_space();
     if (text.peek() == '{') return parse_gltf(bytes, load);

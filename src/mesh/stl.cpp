@@ -97,6 +97,11 @@ MeshFile parse_binary(std::string_view bytes) {
     const std::uint64_t room = (bytes.size() - header_bytes) / facet_bytes;
     MeshBuilder mesh(bytes.size());
     std::uint64_t count = claimed;
+    // A file cut to less than a thousandth cannot be told from random bytes.
+    if (claimed / 1024 > room) {
+        throw InputError(fmt::format(
+            "the header says {} triangles, the file has room for {}: no STL file, or cut", claimed, room));
+    }
     if (claimed > room) {
         mesh.warn(fmt::format("the header says {} triangles, the file has room for {}: it has been cut",
                               claimed, room));

@@ -75,6 +75,10 @@ public:
         auto [stop, error] = std::from_chars(first, end_, value);
         if (error == std::errc::invalid_argument || (stop != end_ && !is_space(*stop) && *stop != '#'))
             return {};
+        if (stop != end_ && *stop == '#' && stop[-1] == '.') {  // 1.#QNAN, 1.#INF, … of old C libraries
+            word();
+            return std::numeric_limits<double>::quiet_NaN();
+        }
         if (error == std::errc::result_out_of_range) value = out_of_range({first, std::size_t(stop - first)});
         at_ = stop;
         return value;

@@ -47,6 +47,11 @@ struct Lattice {
     /// caller gives it may differ: 4u·reach() for the caller's rounding of the point (a point of a triangle is
     /// seldom a double), and one mapping each for the query and for the mesh's vertices.
     double point_error() const { return 4 * unit_roundoff * reach() + 2 * mapping_error(); }
+
+    /// Surface cells list the triangles that meet them dilated by this, and local bounds hold there: the
+    /// points' errors, and as much again as others lose, such as the verifier, who cut M at the cell's faces
+    /// with roundings of their own. M can graze a face and be this near to it far beyond the cell.
+    double dilation() const { return point_error() + 128 * unit_roundoff * cells(); }
 };
 
 /// Bounds of the triangles' vertices. Precondition: at least one triangle, indices in range.

@@ -109,8 +109,8 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         const std::vector<Vec3> positions = lattice_positions(mesh, shell->lattice);
 
         const Stopwatch octree_time;
-        Voxels voxels = voxelise(positions, mesh.triangles, depth, shell->lattice.point_error(),
-                                 options.progress, [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+        Voxels voxels = voxelise(positions, mesh.triangles, depth, shell->lattice.dilation(), options.progress,
+                                 [&](int level, std::uint64_t cells, std::uint64_t pairs) {
                                      budget.check_level(level, cells, pairs);
                                  });
         shell->octree = make_octree(depth, voxels.cell);

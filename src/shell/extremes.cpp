@@ -49,9 +49,9 @@ public:
           triangle_(triangle) {
         const double clipping =
             (cuts * roundings_per_cut + roundings_of_vertices) * unit_roundoff * lattice.cells();
-        margin_ = lattice.point_error() + clipping;
+        margin_ = lattice.dilation() + clipping;
         // A point of M and the point of a piece that stands for it differ by this per axis.
-        displacement_ = margin_ + clipping + roundings_of_halvings * unit_roundoff;
+        displacement_ = lattice.point_error() + 2 * clipping + roundings_of_halvings * unit_roundoff;
     }
 
     const Level& level() const { return octree_.levels[0]; }

@@ -22,7 +22,7 @@ inline constexpr double extreme_gap = 0x1p-31;
 
 /// Bounds f on M. γ and the proof are in docs/design/extremes.md.
 /// \param positions  vertices in lattice coordinates, as rounded by Lattice::to_lattice
-/// \param offset, triangle  the triangles that meet each surface cell dilated by lattice.point_error()
+/// \param offset, triangle  the triangles that meet each surface cell dilated by lattice.dilation()
 Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
                        std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle,

@@ -34,8 +34,6 @@ struct Job {
 /// Where the proof stops to refine a piece that is still in question: the bound is this near to a value that f
 /// takes. The first as a rule, the second once a polygon has had many pieces (f constant along a curve).
 inline constexpr double fine_gap = 0x1p-32, coarse_gap = 0x1p-26;
-/// G2: how far ε may be from a value that f attains on M.
-inline constexpr double tightness_tolerance = 1e-6;
 /// Of the root's side: how far a grid point's value may be from the brute-force distance.
 inline constexpr double distance_tolerance = 1e-12;
 
@@ -47,6 +45,10 @@ double piece_error(const Lattice& lattice);
 double cell_dilation(const Lattice& lattice);
 /// What a proven bound may exceed its limit by: coarse_gap plus the rounding of clipping.
 double proven_tolerance(const Lattice& lattice);
+
+/// G2: how far ε may be from a value that f attains on M: 10⁻⁶, and the rounding of coordinates, which grows
+/// with the distance from the origin and is part of γ.
+double tightness_tolerance(const Lattice& lattice);
 
 /// Numbers of a counter-based generator: the same for (seed, stream, counter) in any order.
 std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter);

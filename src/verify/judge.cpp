@@ -37,6 +37,12 @@ double proven_tolerance(const Lattice& lattice) {
            2 * 512 * 0x1p-53 * 8;
 }
 
+// A point of M as a caller gives it may be off by 4 roundings of its coordinates per axis; f has slopes of at
+// most 1 along the axes: 12u·reach, which both ε and the attained value may have to allow for.
+double tightness_tolerance(const Lattice& lattice) {
+    return 1e-6 + 24 * 0x1p-53 * lattice.reach();
+}
+
 std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
     // SplitMix64's finalizer (Steele, Lea, Flood 2014), once for each word.
     const auto mix = [](std::uint64_t z) {

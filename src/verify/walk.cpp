@@ -254,8 +254,9 @@ Goal make_goal(const Job& job) {
     goal.outer = data.epsilon_outer;
     goal.proven_inner = std::min(goal.inner + rounding, 0.0);
     goal.proven_outer = std::max(goal.outer - rounding, 0.0);
-    if (goal.inner < 0) goal.tight_inner = goal.inner + tightness_tolerance;
-    if (goal.outer > 0) goal.tight_outer = goal.outer - tightness_tolerance;
+    const double tolerance = tightness_tolerance(data.lattice);
+    if (goal.inner < 0) goal.tight_inner = goal.inner + tolerance;
+    if (goal.outer > 0) goal.tight_outer = goal.outer - tolerance;
     return goal;
 }
 
@@ -320,10 +321,10 @@ void check_all_of_mesh(const Job& job, VerifyReport& report) {
 
     const double inner_gap = goal.inner < 0 ? sum.attained_low - goal.inner : 0.0;
     const double outer_gap = goal.outer > 0 ? goal.outer - sum.attained_high : 0.0;
-    const std::uint64_t loose =
-        (inner_gap > tightness_tolerance) + std::uint64_t(outer_gap > tightness_tolerance);
+    const double loosest = tightness_tolerance(job.view.data().lattice);
+    const std::uint64_t loose = (inner_gap > loosest) + std::uint64_t(outer_gap > loosest);
     report.checks.push_back(
-        {"G2 tightness", loose == 0, 2, loose, (tightness_tolerance - std::max(inner_gap, outer_gap)) * w,
+        {"G2 tightness", loose == 0, 2, loose, (loosest - std::max(inner_gap, outer_gap)) * w,
          fmt::format("f attains ε₁ but for {:.3g} cell widths at {}, ε₂ but for {:.3g} at {}", inner_gap,
                      place(sum.low_at), outer_gap, place(sum.high_at))});
 }

@@ -78,6 +78,22 @@ TEST(Obj, ReadsNumbersOfAllShapes) {
     EXPECT_EQ(file.mesh.vertices[2], (Vec3{0, 0.1, 123456789012345678.0}));
 }
 
+TEST(Obj, NumbersOfOldCLibrariesAreNotFinite) {
+    for (const char* odd : {"1.#QNAN", "-1.#IND00", "1.#INF", "nan(ind)", "-nan", "+inf"}) {
+        const MeshFile file =
+            parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv " + std::string(odd) + " 0 0\nf 1 2 3\nf 1 2 4\n");
+        EXPECT_EQ(file.mesh.triangles.size(), 1u) << odd;
+    }
+    EXPECT_EQ(parse_obj("v 0 0 0\nv 1 0 5#comment\nv 0 1 0\nf 1 2 3\n").mesh.vertices[1].z, 5);
+}
+
+TEST(Obj, ByteOrderMarkTabsAndHugeComments) {
+    const MeshFile file = parse_obj("\xef\xbb\xbf# " + std::string(1 << 20, 'x') +
+                                    "\n\tv\t0 0\t0\t\nv 1 0 0\nv 0 1 0\n  f \t1//7\t2//7  3//7 \t\n");
+    EXPECT_EQ(file.mesh.triangles.size(), 1u);
+    EXPECT_THAT(file.warnings, IsEmpty());
+}
+
 TEST(Obj, LeavesOutFacesThatCannotBe) {
     const MeshFile file = parse_obj(
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nv 0 1e999 0\nv 1 2\nv a b c\n"
@@ -261,6 +277,18 @@ TEST(Stl, BinaryMayBeginWithSolid) {
     }
 }
 
+TEST(Stl, SeveralSolidsAndNoEnd) {
+    const std::string facet =
+        "facet normal 0 0 0\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1 0\n endloop\nendfacet\n";
+    const MeshFile two =
+        parse_stl("solid a b c\n" + facet + "endsolid a b c\n\nsolid\n" + facet + "endsolid\n");
+    EXPECT_EQ(two.mesh.triangles.size(), 2u);
+    EXPECT_THAT(two.warnings, IsEmpty());
+    const MeshFile open = parse_stl("solid a\n" + facet);
+    EXPECT_EQ(open.mesh.triangles.size(), 1u);
+    EXPECT_THAT(open.warnings, ElementsAre(HasSubstr("endsolid")));
+}
+
 TEST(Stl, CornersAreMergedInTheOrderOfTheFile) {
     const MeshFile file =
         parse_stl(binary_stl("", 2, {0, 0, 0, 1, 0, 0, -0.0f, 1, 0, 0, 1, -0.0f, 1, -0.0f, 0, 5, 5, 5}));
@@ -271,7 +299,9 @@ TEST(Stl, CornersAreMergedInTheOrderOfTheFile) {
 
 TEST(Stl, WrongCountsInTheHeader) {
     const std::vector<float> two = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    EXPECT_THAT(parse_stl(binary_stl("", 0xffffffff, two)).warnings, ElementsAre(HasSubstr("room for 2")));
+    EXPECT_THAT(parse_stl(binary_stl("", 2000, two)).warnings, ElementsAre(HasSubstr("room for 2")));
+    EXPECT_THAT(error_of([&] { parse_stl(binary_stl("", 0xffffffff, two)); }),
+                HasSubstr("no STL file, or cut"));
     EXPECT_THAT(parse_stl(binary_stl("", 0, two)).warnings, ElementsAre(HasSubstr("all read")));
     const MeshFile fewer = parse_stl(binary_stl("", 1, two));
     EXPECT_THAT(fewer.warnings, ElementsAre(HasSubstr("50 bytes after the last triangle")));
@@ -334,6 +364,14 @@ TEST(Ply, SkipsUnknownElementsAndReadsStrips) {
     EXPECT_THAT(file.mesh.triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{2, 1, 3}, Triangle{1, 2, 4}));
 }
 
+TEST(Ply, FirstLineMayHaveBlanks) {
+    const std::string rest =
+        "format ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+        "element face 1\nproperty list uint8 int32 vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    for (const char* first : {"ply\n", "ply \n", "ply\r\n", "ply\t\r\n"})
+        EXPECT_EQ(parse_mesh(first + rest, "").mesh.triangles.size(), 1u) << first;
+}
+
 TEST(Ply, SaysWhatIsWrong) {
     const std::string vertices = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
     const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
@@ -369,7 +407,7 @@ TEST(Ply, SaysWhatIsWrong) {
 TEST(Off, TakesEveryHeaderAndComments) {
     const std::string body = "0 0 0\n1 0 0 # c\n\n1 1 0\n# c\n0 1 0\n4 0 1 2 3\n";
     for (const char* header : {"OFF\n4 1 0\n", "OFF 4 1 0\n", "OFF4 1 0\n", "# c\nOFF # c\n4 1\n", "4 1 4\n",
-                               "OFF\r\n4 1 0\r\n", "OFF\n\n4\n1\n"}) {
+                               "OFF\r\n4 1 0\r\n", "OFF\n\n4\n1\n", "off\n4 1 0\n", "NOff 4 1 0\n"}) {
         const MeshFile file = parse_off(header + body);
         EXPECT_EQ(file.mesh.triangles.size(), 2u) << header;
         EXPECT_THAT(file.warnings, IsEmpty());
@@ -448,6 +486,39 @@ TEST(Gltf, ReadsStripsFansAndUnindexedTriangles) {
                 ElementsAre(Triangle{0, 1, 2}, Triangle{0, 2, 3}));
     EXPECT_THAT(read(R"({"attributes":{"POSITION":0}},{"attributes":{"POSITION":0},"mode":1})"),
                 ElementsAre(Triangle{0, 1, 2}));
+}
+
+TEST(Gltf, ReadsSparseAccessors) {
+    const std::string data = raw(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}) + raw(std::uint16_t{2}) +
+                             raw(std::uint16_t{0}) + raw(std::vector<float>{5, 6, 7});
+    const auto model = [&](const std::string& base, const std::string& changes) {
+        return samples::glb(
+            R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
+            R"("accessors":[{)" +
+                base + R"("componentType":5126,"count":3,"type":"VEC3","sparse":{)" + changes +
+                R"(}}],"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":2},)"
+                R"({"buffer":0,"byteOffset":40,"byteLength":12}],"buffers":[{"byteLength":52}]})",
+            data);
+    };
+    const std::string one =
+        R"("count":1,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":2})";
+    EXPECT_THAT(parse_gltf(model(R"("bufferView":0,)", one)).mesh.vertices,
+                ElementsAre(Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{5, 6, 7}));
+    EXPECT_THAT(parse_gltf(model("", one)).mesh.vertices,
+                ElementsAre(Vec3{0, 0, 0}, Vec3{0, 0, 0}, Vec3{5, 6, 7}))
+        << "without a base, zeros";
+    const std::string two =
+        R"("count":2,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":2})";
+    EXPECT_THAT(error_of([&] { parse_gltf(model("", two)); }), HasSubstr("outside of its buffer"));
+    const std::string wrong =
+        R"("count":1,"indices":{"bufferView":2,"componentType":5125},"values":{"bufferView":2})";
+    EXPECT_THAT(error_of([&] { parse_gltf(model("", wrong)); }), HasSubstr("sparse index out of range"));
+}
+
+TEST(Gltf, JsonMayNotHaveMillionsOfObjects) {
+    std::string nodes = R"({"asset":{"version":"2.0"},"nodes":[{})";
+    for (int i = 0; i < 1500000; ++i) nodes += ",{}";
+    EXPECT_THAT(error_of([&] { parse_gltf(nodes + "]}"); }), HasSubstr("out of all proportion"));
 }
 
 TEST(Gltf, AppliesTheTransformsOfNodes) {
@@ -554,12 +625,110 @@ TEST(ThreeMf, RepeatedPartsMayNotGrowWithoutBound) {
             fmt::format("<object id=\"{}\" type=\"model\"><components>{}{}</components></object>", i, one, one);
     }
     EXPECT_THAT(error_of([&] { parse_3mf(samples::threemf(objects, R"(<item objectid="40"/>)")); }),
-                HasSubstr("repeat parts"));
+                HasSubstr("repeated parts"));
+}
+
+/// The same archive with another model.
+std::string threemf_xml(const std::string& xml) {
+    return samples::zip({{"3D/3dmodel.model", xml}});
+}
+
+TEST(ThreeMf, TakesXmlInAllItsForms) {
+    const MeshFile read = parse_3mf(threemf_xml(
+        "<?xml version='1.0'?>\n<!-- <object id='9'> --><m:model xmlns:m='x'><m:resources>\n<m:object\n id = "
+        "'1'\tname=\"a>b\">"
+        "<m:mesh ><m:vertices><m:vertex z='3' y=\" 2\" x='+1e0' /><m:vertex x='1' y='0' z='0'></m:vertex>"
+        "<m:vertex x='0' y='1' z='0'/></m:vertices><![CDATA[<vertex x='7'/>]]><m:triangles>"
+        "<m:triangle v1='0' v2='1' v3='2' pid='5'/></m:triangles></m:mesh></m:object></m:resources>"
+        "<m:build><m:item objectid='1'/></m:build></m:model>"));
+    EXPECT_THAT(read.warnings, IsEmpty());
+    EXPECT_THAT(read.mesh.vertices, ElementsAre(Vec3{1, 2, 3}, Vec3{1, 0, 0}, Vec3{0, 1, 0}));
+    EXPECT_THAT(read.mesh.triangles, ElementsAre(Triangle{0, 1, 2}));
+}
+
+TEST(ThreeMf, ReadsObjectsOfOtherParts) {
+    const std::string root =
+        "<model><resources/><build><item objectid=\"1\" p:path=\"/3D/Objects/Other.model\"/></build></model>";
+    const std::string other =
+        "<model><resources>" + tetrahedron_object + "</resources><build><item objectid=\"1\"/></build></model>";
+    const auto file = [&](const std::string& name) {
+        return samples::zip({{"3D/3dmodel.model", root}, {name, other}, {"Metadata/thumbnail.png", "\x89PNG"}});
+    };
+    EXPECT_EQ(parse_3mf(file("3D/Objects/other.model")).mesh.triangles.size(), 4u)
+        << "and builds of others do not count";
+    EXPECT_THAT(error_of([&] { parse_3mf(file("3D/another.model")); }),
+                HasSubstr("object 1, which is not in it"));
+}
+
+TEST(ThreeMf, OnlyVerticesOfMeshesCount) {
+    const std::string slices =
+        "<s:slicestack id=\"2\"><s:slice><s:vertices><s:vertex x=\"1\" "
+        "y=\"1\"/></s:vertices></s:slice></s:slicestack>";
+    const MeshFile read = parse_3mf(samples::threemf(slices + tetrahedron_object, R"(<item objectid="1"/>)"));
+    EXPECT_EQ(read.mesh.vertices.size(), 4u);
+}
+
+TEST(ThreeMf, BadNumbersSpoilTheirFaces) {
+    const auto read = [](const std::string& x, const std::string& v) {
+        return parse_3mf(
+            threemf_xml("<model><object id=\"1\"><mesh><vertex x=\"" + x +
+                        "\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/>"
+                        "<vertex x=\"0\" y=\"1\" z=\"0\"/><vertex x=\"0\" y=\"0\" z=\"1\"/><triangle v1=\"0\" "
+                        "v2=\"1\" v3=\"2\"/><triangle v1=\"1\" v2=\"2\" v3=\"" +
+                        v +
+                        "\"/>"
+                        "<triangle v1=\"1\" v2=\"2\" v3=\"3\"/></mesh></object><build><item "
+                        "objectid=\"1\"/></build></model>"));
+    };
+    EXPECT_EQ(read("nan", "3").mesh.triangles.size(), 2u);
+    EXPECT_EQ(read("", "3").mesh.triangles.size(), 2u);
+    for (const char* index : {"4", "-1", "4294967295", "99999999999999999999", "x"}) {
+        const MeshFile file = read("0", index);
+        EXPECT_EQ(file.mesh.triangles.size(), 2u) << index;
+        EXPECT_EQ(file.warnings.size(), 1u);
+    }
+}
+
+TEST(ThreeMf, EntitiesAndUtf16AreRefused) {
+    EXPECT_THAT(error_of([] { parse_3mf(threemf_xml("<!DOCTYPE a [<!ENTITY b \"c\">]><model/>")); }),
+                HasSubstr("document type"));
+    EXPECT_THAT(error_of([] { parse_3mf(threemf_xml("\xff\xfe<model/>")); }), HasSubstr("UTF-16"));
+    EXPECT_THAT(error_of([] { parse_3mf(threemf_xml("<model><object")); }), HasSubstr("cut"));
+    EXPECT_THAT(error_of([] { parse_3mf(threemf_xml("<model><object id=\"1\"/><object id=\"1\"/></model>")); }),
+                HasSubstr("of its own"));
+}
+
+TEST(ThreeMf, TagsThatEndTooSoonOrTooLate) {
+    // Found by fuzzing: vertices of a mesh whose object has ended.
+    const std::string face = "<vertex x=\"0\"/><triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
+    for (const std::string& model :
+         {"<object id=\"1\"><mesh></object>" + face, "<object id=\"1\"/><mesh>" + face, "<mesh>" + face,
+          "</mesh></object>" + face})
+        EXPECT_THAT(error_of([&] { parse_3mf(threemf_xml("<model>" + model + "</model>")); }),
+                    HasSubstr("no faces"));
+}
+
+TEST(ThreeMf, WhatItIsMadeOfMayNotGoInCircles) {
+    EXPECT_THAT(error_of([] {
+                    parse_3mf(threemf_xml(
+                        "<model><object id=\"1\"><components><component objectid=\"1\"/></components></object>"
+                        "<build><item objectid=\"1\"/></build></model>"));
+                }),
+                HasSubstr("nested"));
+}
+
+TEST(ThreeMf, AMillionTagsOfNoUseCostNothing) {
+    std::string model = "<model><resources>" + tetrahedron_object;
+    for (int i = 0; i < 1000000; ++i) model += "<a b=\"\">";
+    for (int i = 10; i < 100000; ++i) model += fmt::format("<object id=\"{}\"/>", i);
+    EXPECT_EQ(parse_3mf(threemf_xml(model + "</resources><build><item objectid=\"1\"/></build></model>"))
+                  .mesh.triangles.size(),
+              4u);
 }
 
 TEST(ThreeMf, RefusesDamage) {
     EXPECT_THAT(error_of([] { parse_3mf("PK\x03\x04 nothing"); }), HasSubstr("cut"));
-    EXPECT_THAT(error_of([] { parse_3mf(samples::zip({{"a", "b"}})); }), HasSubstr("3MF"));
+    EXPECT_THAT(error_of([] { parse_3mf(samples::zip({{"a", "b"}})); }), HasSubstr("not a 3MF file"));
     std::string bomb = samples::threemf(tetrahedron_object, R"(<item objectid="1"/>)");
     const std::size_t entry = bomb.find("PK\1\2");
     bomb.replace(entry + 24, 4, raw(std::uint32_t{4000000000u}));
