@@ -98,6 +98,7 @@ Run add_build(CLI::App& app) {
                                         {{"auto", std::nullopt},
                                          {"winding", SignRule::winding},
                                          {"generalized", SignRule::generalized},
+                                         {"even-odd", SignRule::even_odd},
                                          {"unsigned", SignRule::unsigned_rule}},
                                         options->build.sign, "How inside is defined")
         ->type_name("RULE");

@@ -4,8 +4,9 @@
 
 #include "base/parallel.h"
 #include "distance/grid_distance.h"
-#include "distance/winding.h"
+#include "distance/signs.h"
 #include "field/lscg.h"
+#include "mesh/inspect.h"
 #include "octree/voxelise.h"
 #include "shell/budget.h"
 #include "shell/extremes.h"
@@ -25,19 +26,20 @@ void check_options(const BuildOptions& options) {
     if (options.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", options.threads));
 }
 
-/// The rule to use, and one sentence that says why. \throws OptionError if the mesh cannot have the one asked
-/// for
+/// The rule to use, and one sentence that says why. A rule that is asked for takes the triangles' directions as
+/// they are. \throws OptionError if the mesh cannot have it
 std::pair<SignRule, std::string> choose_sign(const MeshReport& report, const BuildOptions& options) {
     if (!options.sign) return {report.sign, report.sign_reason};
-    if (*options.sign == SignRule::generalized)
-        throw OptionError(
-            "sign rule generalized: not available yet; use unsigned, or winding for a closed mesh");
     if (*options.sign == SignRule::winding && report.unbalanced_edges > 0)
+        throw OptionError(fmt::format(
+            "sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its "
+            "inside is not defined; use auto, generalized or unsigned, or close and orient the mesh",
+            report.unbalanced_edges));
+    if (*options.sign == SignRule::even_odd && report.odd_edges > 0)
         throw OptionError(
-            fmt::format("sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its "
-                        "inside is not "
-                        "defined; use unsigned, or close and orient the mesh",
-                        report.unbalanced_edges));
+            fmt::format("sign rule even-odd: {} edges of the mesh have an odd number of triangles, so that its "
+                        "inside is not defined; use auto, generalized or unsigned, or close the mesh",
+                        report.odd_edges));
     return {*options.sign, "asked for"};
 }
 
@@ -95,14 +97,15 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
     return with_threads(options.threads, [&] {
         const Stopwatch total;
         BuildTimes spent;
-        const MeshReport report = inspect(mesh);  // throws on what is no mesh
+        const Inspection inspection = examine(mesh);  // throws on what is no mesh
+        const MeshReport& report = inspection.report;
         const auto [sign, reason] = choose_sign(report, options);
         const int depth = options.depth ? *options.depth : automatic_depth(mesh, options.max_memory);
         const MemoryBudget budget(mesh, depth, options.max_memory);
         budget.check(estimate_size(mesh, depth));
 
         auto shell = std::make_shared<ShellData>();
-        shell->mesh = mesh;
+        shell->mesh = options.sign ? mesh : turned(mesh, inspection.turn);
         shell->lattice = make_lattice(report.bounds, depth);
         const std::vector<Vec3> positions = lattice_positions(mesh, shell->lattice);
 
@@ -111,16 +114,25 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
                                  options.progress, [&](int level, std::uint64_t cells, std::uint64_t pairs) {
                                      budget.check_level(level, cells, pairs);
                                  });
+        spent.octree = octree_time.seconds();
+
+        const Stopwatch sign_time;
+        Signs signs(sign, shell->mesh, shell->lattice, voxels, options.progress);
+        spent.signs = sign_time.seconds();
+
+        const Stopwatch tree_time;
         shell->octree = make_octree(depth, voxels.cell);
         budget.check(
             {mesh.triangles.size(), groups_of(shell->octree), voxels.cell.size(), voxels.triangle.size()});
-        spent.octree = octree_time.seconds();
+        spent.octree += tree_time.seconds();
 
         const Stopwatch distance_time;
         auto distance = grid_distances(shell->octree, positions, mesh.triangles, options.progress);
-        if (sign == SignRule::winding)
-            apply_signs(shell->octree, WindingLines(mesh, shell->lattice, voxels, options.progress), distance);
         spent.distance = distance_time.seconds();
+        const Stopwatch apply_time;
+        signs.apply(shell->octree, distance, options.progress);
+        spent.signs += apply_time.seconds();
+        spent.distance += spent.signs;
 
         const Stopwatch field_time;
         shell->field = options.solver == Solver::direct ? solve_direct(std::move(distance))

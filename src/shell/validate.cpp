@@ -169,7 +169,7 @@ void check_info(const ShellData& shell) {
     require(info.depth == shell.lattice.depth && info.cell_width == shell.lattice.width &&
                 info.scale == shell.lattice.scale(),
             "the description does not match the lattice");
-    require(info.sign <= SignRule::unsigned_rule && info.extrema <= Extrema::candidates &&
+    require(info.sign <= SignRule::even_odd && info.extrema <= Extrema::candidates &&
                 info.solver <= Solver::lscg,
             "an unknown sign rule, bound or solver");
     const std::int64_t side = shell.lattice.cells();

@@ -1,0 +1,234 @@
+#include "distance/generalized.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "geometry/vec3.h"
+
+namespace its {
+
+namespace {
+
+constexpr std::uint64_t cube_grain = 16;
+
+/// Patches farther from a cube than this many of their radii are dipoles; measured, docs/design/signs.md.
+constexpr double opening = 2, finer_opening = 12;
+
+/// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
+/// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
+constexpr double decision_gap = 0x1p-20;
+
+/// With fewer edges their sum is cheaper than another estimate.
+constexpr std::uint64_t few_edges = 32;
+
+constexpr std::int32_t never = std::numeric_limits<std::int32_t>::max();
+
+}  // namespace
+
+/// A cube of level `level` ≥ 1, whose 27 points are 2^(level − 1) apart.
+struct GeneralizedSigns::Cube {
+    int level;
+    Cell at;
+    std::int64_t step() const { return std::int64_t{1} << (level - 1); }
+    std::int64_t begin(int axis) const { return 2 * step() * at[std::size_t(axis)]; }
+    std::int64_t end(int axis) const { return begin(axis) + 2 * step(); }
+};
+
+struct GeneralizedSigns::Scratch {
+    Filling::Local local, finer;
+};
+
+struct GeneralizedSigns::Judgement {
+    bool decided = false;  ///< inside is where the crossings of M + F are above `threshold`, in all of the cube
+    bool may_flip = false;  ///< two points of the cube with no triangle between them may be on different sides
+    std::int32_t threshold = 0;
+};
+
+GeneralizedSigns::GeneralizedSigns(const Mesh& mesh, const Lattice& lattice, const Voxels& voxels,
+                                   const Progress& progress)
+    : lattice_(lattice),
+      filling_(mesh),
+      mesh_lines_(mesh, lattice, voxels, progress),
+      filling_lines_(filling_.surface(), lattice, mesh_lines_, progress) {
+    const Box box = bounds(mesh);
+    for (int axis = 0; axis < 3; ++axis) {
+        std::int64_t first = 0, last = lattice.cells();
+        while (first < last && lattice.position(axis, first) < box.min[axis]) ++first;
+        while (last > first && lattice.position(axis, last) > box.max[axis]) --last;
+        first_[std::size_t(axis)] = first;
+        last_[std::size_t(axis)] = last;
+    }
+}
+
+/// The winding number w of M along the way from the cube's centre to a point of it, with no triangle of M
+/// between, is w(centre) ± variation. If that does not reach ½ modulo 1, no way changes sides. If moreover F
+/// stays away, w_F itself lies between two half-integers, k − ½ and k + ½, and W − w_F > ½ is W > k for whole
+/// W.
+GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& scratch) const {
+    Judgement out;
+    bool within = true, apart = false;
+    for (int axis = 0; axis < 3; ++axis) {
+        within = within && cube.begin(axis) >= first_[std::size_t(axis)] &&
+                 cube.end(axis) <= last_[std::size_t(axis)];
+        apart =
+            apart || cube.end(axis) < first_[std::size_t(axis)] || cube.begin(axis) > last_[std::size_t(axis)];
+    }
+    if (apart) return {.decided = true, .may_flip = false, .threshold = never};
+    const Vec3 centre = lattice_.position(
+        {cube.begin(0) + cube.step(), cube.begin(1) + cube.step(), cube.begin(2) + cube.step()});
+    const double radius = 0.8660254037844387 * 2 * double(cube.step()) * lattice_.width * (1 + 0x1p-40);
+    filling_.localise(centre, radius, opening, scratch.local);
+    const WindingEstimate w = scratch.local.at(centre);
+    const double spread = scratch.local.variation() + w.error + decision_gap;
+    const double below = std::floor(w.value);
+    out.may_flip = !(std::abs(w.value - (below + 0.5)) > spread);
+    out.decided = !out.may_flip && scratch.local.clear();
+    out.threshold = std::int32_t(std::floor(w.value + 0.5));
+    // At the side of the bounding box inside ends, should it reach so far: there W = 0 beyond.
+    if (!within && (!scratch.local.clear() || w.value - spread < -0.5)) out.may_flip = true;
+    return out;
+}
+
+/// Whether w = crossings_with_filling − w_F > ½, that is, crossings + boundary term > ½.
+bool GeneralizedSigns::decide(const Vec3& p, std::int32_t crossings, std::int32_t crossings_with_filling,
+                              const Filling::Local& local, Filling::Local& finer) const {
+    const auto settled = [&](const WindingEstimate& w, bool& inside) {
+        const double above = crossings_with_filling - w.value - 0.5;
+        inside = above > 0;
+        return std::abs(above) > w.error + decision_gap;
+    };
+    bool inside = false;
+    if (settled(local.at(p), inside)) return inside;
+    if (filling_.edges() > few_edges) {
+        filling_.localise(p, 0, finer_opening, finer);
+        if (settled(finer.at(p), inside)) return inside;
+    }
+    const WindingEstimate boundary = filling_.boundary_term(p);
+    return crossings + boundary.value - 0.5 > boundary.error;
+}
+
+/// Bit i is set if point i of the cube's 27 is inside.
+std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch) const {
+    std::uint32_t bits = 0;
+    const std::int64_t step = cube.step();
+    for (int row = 0; row < 9; ++row) {
+        const std::int64_t x = cube.begin(0), y = cube.begin(1) + step * (row % 3),
+                           z = cube.begin(2) + step * (row / 3);
+        if (y < first_[1] || y > last_[1] || z < first_[2] || z > last_[2]) continue;
+        std::int32_t of_mesh[3], of_filling[3];
+        mesh_lines_.winding(x, y, z, step, of_mesh);
+        filling_lines_.winding(x, y, z, step, of_filling);
+        for (int i = 0; i < 3; ++i) {
+            if (x + i * step < first_[0] || x + i * step > last_[0]) continue;
+            const Vec3 p = lattice_.position({x + i * step, y, z});
+            if (decide(p, of_mesh[i], of_mesh[i] + of_filling[i], scratch.local, scratch.finer))
+                bits |= 1u << (3 * row + i);
+        }
+    }
+    return bits;
+}
+
+/// Bit i is set if point i is in the bounding box and M + F winds around it more than `threshold` times.
+std::uint32_t GeneralizedSigns::points_above(const Cube& cube, std::int32_t threshold) const {
+    std::uint32_t bits = 0;
+    if (threshold == never) return bits;
+    const std::int64_t step = cube.step();
+    for (int row = 0; row < 9; ++row) {
+        const std::int64_t x = cube.begin(0), y = cube.begin(1) + step * (row % 3),
+                           z = cube.begin(2) + step * (row / 3);
+        if (y < first_[1] || y > last_[1] || z < first_[2] || z > last_[2]) continue;
+        std::int32_t of_mesh[3], of_filling[3];
+        mesh_lines_.winding(x, y, z, step, of_mesh);
+        filling_lines_.winding(x, y, z, step, of_filling);
+        for (int i = 0; i < 3; ++i) {
+            const bool in_box = x + i * step >= first_[0] && x + i * step <= last_[0];
+            if (in_box && of_mesh[i] + of_filling[i] > threshold) bits |= 1u << (3 * row + i);
+        }
+    }
+    return bits;
+}
+
+bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) const {
+    const std::array<std::int64_t, 3> at{x, y, z};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (at[axis] < first_[axis] || at[axis] > last_[axis]) return false;
+    std::int32_t of_mesh[3], of_filling[3];
+    mesh_lines_.winding(x, y, z, 1, of_mesh);
+    filling_lines_.winding(x, y, z, 1, of_filling);
+    Scratch scratch;
+    const Vec3 p = lattice_.position(at);
+    filling_.localise(p, 0, opening, scratch.local);
+    return decide(p, of_mesh[0], of_mesh[0] + of_filling[0], scratch.local, scratch.finer);
+}
+
+void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) const {
+    if (filling_.empty()) return;
+    std::vector<std::uint64_t> cubes{0};
+    std::vector<std::uint64_t> flips;
+    for (int level = lattice_.depth + 1; level >= 1; --level) {
+        Stage stage(progress, "signs, holes", cubes.size());
+        std::vector<std::vector<std::uint64_t>> found(chunk_count(cubes.size(), cube_grain));
+        for_chunks(cubes.size(), cube_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            Scratch scratch;
+            for (std::uint64_t i = begin; i < end; ++i) {
+                const Cube cube{level, morton_decode(cubes[i])};
+                if (!judge(cube, scratch).may_flip) continue;
+                const std::uint32_t bits = level == 1 ? inside_points(cube, scratch) : 0;
+                for (int child = 0; child < 8; ++child) {
+                    unsigned corners = 0;
+                    for (int c = 0; c < 8; ++c) corners |= (bits >> group_point(child, c) & 1) << c;
+                    if (level > 1 || (corners != 0 && corners != 0xff))
+                        found[chunk].push_back(cubes[i] << 3 | std::uint64_t(child));
+                }
+            }
+            stage.advance(end - begin);
+        });
+        cubes.clear();
+        for (const auto& part : found) cubes.insert(cubes.end(), part.begin(), part.end());
+    }
+    flips = std::move(cubes);
+
+    Voxels all;
+    all.cell.reserve(voxels.cell.size() + flips.size());
+    std::set_union(voxels.cell.begin(), voxels.cell.end(), flips.begin(), flips.end(),
+                   std::back_inserter(all.cell));
+    all.offset.reserve(all.cell.size() + 1);
+    std::size_t old = 0;
+    for (const std::uint64_t cell : all.cell) {
+        all.offset.push_back(voxels.offset[old]);
+        if (old < voxels.cell.size() && voxels.cell[old] == cell) ++old;
+    }
+    all.offset.push_back(voxels.offset[old]);
+    all.triangle = std::move(voxels.triangle);
+    voxels = std::move(all);
+}
+
+void GeneralizedSigns::apply(const Octree& octree, std::vector<std::vector<double>>& distance,
+                             const Progress& progress) const {
+    std::vector<Judgement> judged(1);
+    for (int level = octree.depth; level >= 0; --level) {
+        const Level& groups = octree.levels[std::size_t(level)];
+        std::vector<Judgement> below(groups.first.back());
+        Stage stage(progress, "signs", groups.groups());
+        for_chunks(groups.groups(), cube_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+            Scratch scratch;
+            for (std::uint64_t g = begin; g < end; ++g) {
+                const Cube cube{level + 1, morton_decode(groups.parent[g])};
+                if (!judged[g].decided) judged[g] = judge(cube, scratch);
+                const std::uint32_t bits =
+                    judged[g].decided ? points_above(cube, judged[g].threshold) : inside_points(cube, scratch);
+                double* const d = &distance[std::size_t(level)][group_points * g];
+                for (int p = 0; p < group_points; ++p)
+                    if (bits >> p & 1) d[p] = 0.0 - d[p];  // +0 stays +0
+                for (std::uint64_t child = groups.first[g]; level > 0 && child < groups.first[g + 1]; ++child)
+                    below[child] = judged[g];
+            }
+            stage.advance(end - begin);
+        });
+        judged = std::move(below);
+    }
+}
+
+}  // namespace its

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "distance/winding.h"
+#include "mesh/filling.h"
+#include "octree/lattice.h"
+#include "octree/octree.h"
+#include "octree/voxelise.h"
+
+/// Signs by generalized winding numbers: meshes with boundary.
+namespace its {
+
+/// Whether lattice points are inside: their winding number is over ½, and they lie in M's bounding box. The
+/// winding number is the sum of the crossings of M and of a surface F that fills its boundary, less the winding
+/// number of F; see docs/design/signs.md for bounds and cost.
+class GeneralizedSigns {
+public:
+    /// \param voxels  of the same mesh and lattice
+    GeneralizedSigns(const Mesh& mesh, const Lattice& lattice, const Voxels& voxels, const Progress& progress);
+
+    /// Adds to `voxels`, with no triangles, every finest cell whose corners are not all on one side.
+    void add_flip_cells(Voxels& voxels, const Progress& progress) const;
+
+    /// Gives distances their sign: negative inside.
+    void apply(const Octree& octree, std::vector<std::vector<double>>& distance,
+               const Progress& progress) const;
+
+    /// Of one lattice point.
+    bool inside(std::int64_t x, std::int64_t y, std::int64_t z) const;
+
+    const Filling& filling() const { return filling_; }
+
+private:
+    struct Cube;
+    struct Scratch;
+    struct Judgement;
+
+    Judgement judge(const Cube& cube, Scratch& scratch) const;
+    bool decide(const Vec3& p, std::int32_t crossings, std::int32_t crossings_with_filling,
+                const Filling::Local& local, Filling::Local& finer) const;
+    std::uint32_t inside_points(const Cube& cube, Scratch& scratch) const;
+    std::uint32_t points_above(const Cube& cube, std::int32_t threshold) const;
+
+    const Lattice& lattice_;
+    Filling filling_;
+    WindingLines mesh_lines_, filling_lines_;
+    std::array<std::int64_t, 3> first_, last_;  ///< lattice points in M's bounding box
+};
+
+}  // namespace its
