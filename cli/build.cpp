@@ -34,7 +34,7 @@ void print_report(const Options& options, const ThinShell& shell, const BuildTim
     add_shell_rows(table, shell);
     table.row("Time", seconds_text(times.total));
     table.row("  octree", seconds_text(times.octree));
-    table.row("  distance", seconds_text(times.distance));
+    table.row("  distance", seconds_text(times.distance) + ", signs " + seconds_text(times.signs));
     table.row("  field", seconds_text(times.field));
     table.row("  extrema", seconds_text(times.extrema));
     table.row("Reading, writing", seconds_text(read) + ", " + seconds_text(write));
@@ -51,9 +51,9 @@ void print_build_json(const Options& options, const MeshFile& file, const ThinSh
     json["mesh"]["warnings"] = file.warnings;
     json["file"] = options.output;
     json["file_bytes"] = std::filesystem::file_size(options.output);
-    json["seconds"] = {{"read", read},         {"octree", times.octree},   {"distance", times.distance},
-                       {"field", times.field}, {"extrema", times.extrema}, {"total", times.total},
-                       {"write", write}};
+    json["seconds"] = {{"read", read},         {"octree", times.octree}, {"distance", times.distance},
+                       {"signs", times.signs}, {"field", times.field},   {"extrema", times.extrema},
+                       {"total", times.total}, {"write", write}};
     print_json(json);
 }
 

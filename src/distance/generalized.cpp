@@ -11,7 +11,7 @@ namespace its {
 
 namespace {
 
-constexpr std::uint64_t cube_grain = 16;
+constexpr std::uint64_t cube_grain = 64;
 
 /// Patches farther from a cube than this many of their radii are dipoles; measured, docs/design/signs.md.
 constexpr double opening = 2, finer_opening = 12;
@@ -38,6 +38,8 @@ struct GeneralizedSigns::Cube {
 
 struct GeneralizedSigns::Scratch {
     Filling::Local local, finer;
+    Filling::Local::Points points;
+    Filling::Local::Estimates estimates;
 };
 
 struct GeneralizedSigns::Judgement {
@@ -91,26 +93,28 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
     return out;
 }
 
-/// Whether w = crossings_with_filling − w_F > ½, that is, crossings + boundary term > ½.
-bool GeneralizedSigns::decide(const Vec3& p, std::int32_t crossings, std::int32_t crossings_with_filling,
-                              const Filling::Local& local, Filling::Local& finer) const {
-    const auto settled = [&](const WindingEstimate& w, bool& inside) {
-        const double above = crossings_with_filling - w.value - 0.5;
+/// Whether w = (crossings of M + F) − w_F = (crossings of M) + boundary term > ½.
+bool GeneralizedSigns::decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling,
+                              const WindingEstimate& estimate, Filling::Local& finer) const {
+    bool inside = false;
+    const auto settled = [&](const WindingEstimate& w) {
+        const double above = of_mesh + of_filling - w.value - 0.5;
         inside = above > 0;
         return std::abs(above) > w.error + decision_gap;
     };
-    bool inside = false;
-    if (settled(local.at(p), inside)) return inside;
+    if (settled(estimate)) return inside;
     if (filling_.edges() > few_edges) {
         filling_.localise(p, 0, finer_opening, finer);
-        if (settled(finer.at(p), inside)) return inside;
+        if (settled(finer.at(p))) return inside;
     }
     const WindingEstimate boundary = filling_.boundary_term(p);
-    return crossings + boundary.value - 0.5 > boundary.error;
+    return of_mesh + boundary.value - 0.5 > boundary.error;
 }
 
-/// Bit i is set if point i of the cube's 27 is inside.
-std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch) const {
+/// Bit i is set if point i of the cube's 27 is in the bounding box and inside(i, its position, crossings of M
+/// and of F before it).
+template <class F>
+std::uint32_t GeneralizedSigns::select_points(const Cube& cube, F&& inside) const {
     std::uint32_t bits = 0;
     const std::int64_t step = cube.step();
     for (int row = 0; row < 9; ++row) {
@@ -122,32 +126,43 @@ std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch
         filling_lines_.winding(x, y, z, step, of_filling);
         for (int i = 0; i < 3; ++i) {
             if (x + i * step < first_[0] || x + i * step > last_[0]) continue;
-            const Vec3 p = lattice_.position({x + i * step, y, z});
-            if (decide(p, of_mesh[i], of_mesh[i] + of_filling[i], scratch.local, scratch.finer))
-                bits |= 1u << (3 * row + i);
+            if (inside(3 * row + i, of_mesh[i], of_filling[i])) bits |= 1u << (3 * row + i);
         }
     }
     return bits;
 }
 
-/// Bit i is set if point i is in the bounding box and M + F winds around it more than `threshold` times.
-std::uint32_t GeneralizedSigns::points_above(const Cube& cube, std::int32_t threshold) const {
-    std::uint32_t bits = 0;
-    if (threshold == never) return bits;
-    const std::int64_t step = cube.step();
-    for (int row = 0; row < 9; ++row) {
-        const std::int64_t x = cube.begin(0), y = cube.begin(1) + step * (row % 3),
-                           z = cube.begin(2) + step * (row / 3);
-        if (y < first_[1] || y > last_[1] || z < first_[2] || z > last_[2]) continue;
-        std::int32_t of_mesh[3], of_filling[3];
-        mesh_lines_.winding(x, y, z, step, of_mesh);
-        filling_lines_.winding(x, y, z, step, of_filling);
-        for (int i = 0; i < 3; ++i) {
-            const bool in_box = x + i * step >= first_[0] && x + i * step <= last_[0];
-            if (in_box && of_mesh[i] + of_filling[i] > threshold) bits |= 1u << (3 * row + i);
-        }
+std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch) const {
+    Filling::Local::Points& points = scratch.points;
+    for (int i = 0; i < Filling::Local::block; ++i) {
+        const int p = std::min(i, group_points - 1);
+        points.x[i] = lattice_.position(0, cube.begin(0) + cube.step() * (p % 3));
+        points.y[i] = lattice_.position(1, cube.begin(1) + cube.step() * (p / 3 % 3));
+        points.z[i] = lattice_.position(2, cube.begin(2) + cube.step() * (p / 9));
     }
-    return bits;
+    scratch.local.at(points, scratch.estimates);
+    return select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
+        return decide({points.x[i], points.y[i], points.z[i]}, of_mesh, of_filling,
+                      {scratch.estimates.value[i], scratch.estimates.error[i]}, scratch.finer);
+    });
+}
+
+/// \return whether the cube is one of add_flip_cells(), and then which of its points are inside.
+bool GeneralizedSigns::recall(const Cube& cube, std::uint32_t& bits) const {
+    if (cube.level > 1) return false;
+    const std::uint64_t code = morton_encode(cube.at);
+    const auto it = std::lower_bound(known_cube_.begin(), known_cube_.end(), code);
+    if (it == known_cube_.end() || *it != code) return false;
+    bits = known_inside_[std::size_t(it - known_cube_.begin())];
+    return true;
+}
+
+/// The points that M + F winds around more than `threshold` times.
+std::uint32_t GeneralizedSigns::points_above(const Cube& cube, std::int32_t threshold) const {
+    if (threshold == never) return 0;
+    return select_points(cube, [&](int, std::int32_t of_mesh, std::int32_t of_filling) {
+        return of_mesh + of_filling > threshold;
+    });
 }
 
 bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) const {
@@ -160,39 +175,49 @@ bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) co
     Scratch scratch;
     const Vec3 p = lattice_.position(at);
     filling_.localise(p, 0, opening, scratch.local);
-    return decide(p, of_mesh[0], of_mesh[0] + of_filling[0], scratch.local, scratch.finer);
+    return decide(p, of_mesh[0], of_filling[0], scratch.local.at(p), scratch.finer);
 }
 
-void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) const {
+void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) {
     if (filling_.empty()) return;
+    struct Found {
+        std::vector<std::uint64_t> cell, cube;
+        std::vector<std::uint32_t> inside;
+    };
     std::vector<std::uint64_t> cubes{0};
-    std::vector<std::uint64_t> flips;
     for (int level = lattice_.depth + 1; level >= 1; --level) {
         Stage stage(progress, "signs, holes", cubes.size());
-        std::vector<std::vector<std::uint64_t>> found(chunk_count(cubes.size(), cube_grain));
+        std::vector<Found> found(chunk_count(cubes.size(), cube_grain));
         for_chunks(cubes.size(), cube_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
             Scratch scratch;
             for (std::uint64_t i = begin; i < end; ++i) {
                 const Cube cube{level, morton_decode(cubes[i])};
                 if (!judge(cube, scratch).may_flip) continue;
                 const std::uint32_t bits = level == 1 ? inside_points(cube, scratch) : 0;
+                if (level == 1) {
+                    found[chunk].cube.push_back(cubes[i]);
+                    found[chunk].inside.push_back(bits);
+                }
                 for (int child = 0; child < 8; ++child) {
                     unsigned corners = 0;
                     for (int c = 0; c < 8; ++c) corners |= (bits >> group_point(child, c) & 1) << c;
                     if (level > 1 || (corners != 0 && corners != 0xff))
-                        found[chunk].push_back(cubes[i] << 3 | std::uint64_t(child));
+                        found[chunk].cell.push_back(cubes[i] << 3 | std::uint64_t(child));
                 }
             }
             stage.advance(end - begin);
         });
         cubes.clear();
-        for (const auto& part : found) cubes.insert(cubes.end(), part.begin(), part.end());
+        for (const Found& part : found) {
+            cubes.insert(cubes.end(), part.cell.begin(), part.cell.end());
+            known_cube_.insert(known_cube_.end(), part.cube.begin(), part.cube.end());
+            known_inside_.insert(known_inside_.end(), part.inside.begin(), part.inside.end());
+        }
     }
-    flips = std::move(cubes);
 
     Voxels all;
-    all.cell.reserve(voxels.cell.size() + flips.size());
-    std::set_union(voxels.cell.begin(), voxels.cell.end(), flips.begin(), flips.end(),
+    all.cell.reserve(voxels.cell.size() + cubes.size());
+    std::set_union(voxels.cell.begin(), voxels.cell.end(), cubes.begin(), cubes.end(),
                    std::back_inserter(all.cell));
     all.offset.reserve(all.cell.size() + 1);
     std::size_t old = 0;
@@ -216,9 +241,12 @@ void GeneralizedSigns::apply(const Octree& octree, std::vector<std::vector<doubl
             Scratch scratch;
             for (std::uint64_t g = begin; g < end; ++g) {
                 const Cube cube{level + 1, morton_decode(groups.parent[g])};
-                if (!judged[g].decided) judged[g] = judge(cube, scratch);
-                const std::uint32_t bits =
-                    judged[g].decided ? points_above(cube, judged[g].threshold) : inside_points(cube, scratch);
+                std::uint32_t bits = 0;
+                if (judged[g].decided || !recall(cube, bits)) {
+                    if (!judged[g].decided) judged[g] = judge(cube, scratch);
+                    bits = judged[g].decided ? points_above(cube, judged[g].threshold)
+                                             : inside_points(cube, scratch);
+                }
                 double* const d = &distance[std::size_t(level)][group_points * g];
                 for (int p = 0; p < group_points; ++p)
                     if (bits >> p & 1) d[p] = 0.0 - d[p];  // +0 stays +0

@@ -21,7 +21,7 @@ public:
     GeneralizedSigns(const Mesh& mesh, const Lattice& lattice, const Voxels& voxels, const Progress& progress);
 
     /// Adds to `voxels`, with no triangles, every finest cell whose corners are not all on one side.
-    void add_flip_cells(Voxels& voxels, const Progress& progress) const;
+    void add_flip_cells(Voxels& voxels, const Progress& progress);
 
     /// Gives distances their sign: negative inside.
     void apply(const Octree& octree, std::vector<std::vector<double>>& distance,
@@ -38,15 +38,22 @@ private:
     struct Judgement;
 
     Judgement judge(const Cube& cube, Scratch& scratch) const;
-    bool decide(const Vec3& p, std::int32_t crossings, std::int32_t crossings_with_filling,
-                const Filling::Local& local, Filling::Local& finer) const;
+    bool decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling, const WindingEstimate& estimate,
+                Filling::Local& finer) const;
     std::uint32_t inside_points(const Cube& cube, Scratch& scratch) const;
+    bool recall(const Cube& cube, std::uint32_t& bits) const;
+    template <class F>
+    std::uint32_t select_points(const Cube& cube, F&& inside) const;
     std::uint32_t points_above(const Cube& cube, std::int32_t threshold) const;
 
     const Lattice& lattice_;
     Filling filling_;
     WindingLines mesh_lines_, filling_lines_;
     std::array<std::int64_t, 3> first_, last_;  ///< lattice points in M's bounding box
+
+    /// Cubes of level 1 whose points were found by add_flip_cells(), in Morton order.
+    std::vector<std::uint64_t> known_cube_;
+    std::vector<std::uint32_t> known_inside_;
 };
 
 }  // namespace its

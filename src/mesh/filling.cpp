@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/simd.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 #include "mesh/merged.h"
@@ -97,12 +98,12 @@ struct Seen {
 
 /// Half of the spherical area between apex +x and the edge from a to b, as an angle: the argument of
 /// σ_a σ_b + conj(α_a) α_b. `side`: the exact sign of its imaginary part for the displaced origin.
-void add_half_lune(AngleSum& sum, const Seen& a, const Seen& b, int side) {
+void add_half_lune(AngleSums<1>& sum, const Seen& a, const Seen& b, int side) {
     if (side == 0) return;  // the projections coincide
     const double sigmas = a.sigma * b.sigma;
     const double im = std::abs(a.y * b.z - a.z * b.y);
     // Relative errors: u in coordinates, 8u in σ, 3u in products: less than 32u of the sum of magnitudes.
-    sum.add(sigmas + a.y * b.y + a.z * b.z, side > 0 ? im : -im,
+    sum.add(0, sigmas + a.y * b.y + a.z * b.z, side > 0 ? im : -im,
             32 * unit_roundoff * (sigmas + a.size * b.size));
 }
 
@@ -144,14 +145,11 @@ std::uint32_t Filling::add_chain(std::span<const std::uint32_t> chain) {
     node.ends = {a, c};
     if (chain.size() == 2) return finish(node, ends);
     const std::size_t middle = chain.size() / 2;
-    const std::uint32_t b = chain[middle];
+    const std::uint32_t b = node.middle = chain[middle];
     node.left = add_chain(chain.first(middle + 1));
     node.right = add_chain(chain.subspan(middle));
     const Vec3 corners[] = {ends[0], surface_.vertices[b], ends[1]};
-    if (a != c) {
-        node.triangle = std::uint32_t(surface_.triangles.size());
-        surface_.triangles.push_back({a, b, c});
-    }
+    if (a != c) surface_.triangles.push_back({a, b, c});
     return finish(node, corners);
 }
 
@@ -184,7 +182,7 @@ std::uint32_t Filling::add_union(std::span<const std::uint32_t> roots) {
 std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
     std::array<Node, 3> parts;
     int count = 0;
-    if (node.triangle != none) {
+    if (corners.size() == 3 && node.ends[0] != node.ends[1]) {
         Node& t = parts[std::size_t(count++)];
         t.centre = (1.0 / 3) * corners[0] + (1.0 / 3) * corners[1] + (1.0 / 3) * corners[2];
         t.moment = 0.5 * cross(corners[1] - corners[0], corners[2] - corners[0]);
@@ -227,14 +225,14 @@ std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
 }
 
 void Filling::localise(const Vec3& centre, double radius, double opening, Local& local) const {
-    local.filling_ = this;
     local.centre_ = centre;
     local.gradient_ = {};
     local.radius_ = radius;
     local.value_ = local.error_ = local.variation_ = 0;
     local.clear_ = true;
-    local.near_.clear();
-    if (root_ != none) collect(root_, opening, local);
+    local.vertices_.clear();
+    local.triangles_.clear();
+    if (root_ != none) collect(root_, none, none, opening, local);
 }
 
 /// With K(y) = y/|y|³, whose derivatives are bounded by 2/|y|³ and 6/|y|⁴, the patch's solid angle is
@@ -258,61 +256,106 @@ void Filling::add_far(const Node& node, double distance, Local& local) const {
     local.variation_ += 2 * node.area * local.radius_ / (d2 * distance) * outward / whole_sphere;
 }
 
-void Filling::collect(std::uint32_t index, double opening, Local& local) const {
+/// \param first, last  the chord's ends among the near vertices; none: a loop, or several
+void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+                      Local& local) const {
     const Node& node = nodes_[index];
     const double gap = norm(node.centre - local.centre_) - local.radius_ - node.radius;
     const bool leaf = node.left == none;
     if (leaf || gap > opening * node.radius) {
         if (!leaf) add_far(node, gap, local);
         // Biot and Savart: the gradient of the winding number of what is bounded by a curve is at most the
-        // curve's length / (4π distance²). What is near ends at the edges and at the chords of what is far.
+        // curve's length / (4π d²), d its distance; for a straight one also 2 / (4π d). What is near ends at
+        // the edges and at the chords of what is far.
         if (node.chord > 0) {
             const double d = leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
                                                         surface_.vertices[node.ends[1]]) *
                                             inward -
                                         local.radius_
                                   : gap;
-            local.variation_ +=
-                d > 0 ? node.chord * local.radius_ / (d * d) * outward / whole_sphere : infinity;
+            const double slope = std::min(node.chord / d, 2.0) / d;
+            local.variation_ += d > 0 ? slope * local.radius_ * outward / whole_sphere : infinity;
         }
         return;
     }
-    if (node.triangle != none) {
-        local.near_.push_back(node.triangle);
-        const Triangle& t = surface_.triangles[node.triangle];
-        const Vec3 a = surface_.vertices[t[0]] - local.centre_;
-        const Vec3 n = cross(surface_.vertices[t[1]] - surface_.vertices[t[0]],
-                             surface_.vertices[t[2]] - surface_.vertices[t[0]]);
-        const double slack = 64 * unit_roundoff * (norm(a) + node.radius);
-        if (gap <= 0 && std::abs(dot(n, a)) <= (local.radius_ + slack) * norm(n)) local.clear_ = false;
+    if (node.middle == none) {  // of several loops
+        collect(node.left, none, none, opening, local);
+        collect(node.right, none, none, opening, local);
+        return;
     }
-    collect(node.left, opening, local);
-    collect(node.right, opening, local);
+    const auto add_vertex = [&](std::uint32_t v) {
+        local.vertices_.push_back(surface_.vertices[v]);
+        return std::uint32_t(local.vertices_.size() - 1);
+    };
+    if (first == none) first = last = add_vertex(node.ends[0]);
+    const std::uint32_t middle = add_vertex(node.middle);
+    if (node.ends[0] != node.ends[1]) {
+        local.triangles_.push_back({first, middle, last});
+        if (comes_near(node, gap, local)) local.clear_ = false;
+    }
+    collect(node.left, first, middle, opening, local);
+    collect(node.right, middle, last, opening, local);
+}
+
+/// Whether the node's triangle may meet the ball: its plane does, and the sphere around the patch.
+bool Filling::comes_near(const Node& node, double gap, const Local& local) const {
+    const Vec3 &a = surface_.vertices[node.ends[0]], &b = surface_.vertices[node.middle],
+               &c = surface_.vertices[node.ends[1]];
+    const Vec3 n = cross(b - a, c - a);
+    const double slack = 64 * unit_roundoff * (norm(a - local.centre_) + node.radius);
+    return gap <= 0 && std::abs(dot(n, a - local.centre_)) <= (local.radius_ + slack) * norm(n);
+}
+
+ITS_CLONES void Filling::Local::see(const Vec3& vertex, const Points& points, Seen& seen) {
+    for (int i = 0; i < block; ++i) {
+        const double x = vertex.x - points.x[i], y = vertex.y - points.y[i], z = vertex.z - points.z[i];
+        seen.x[i] = x;
+        seen.y[i] = y;
+        seen.z[i] = z;
+        seen.length[i] = std::sqrt(x * x + y * y + z * z);
+    }
+}
+
+ITS_CLONES void Filling::Local::add(const Seen& a, const Seen& b, const Seen& c, AngleSums<block>& sums,
+                                    double* doubtful) {
+#pragma GCC ivdep
+    for (int i = 0; i < block; ++i)
+        doubtful[i] +=
+            add_half_solid_angle(sums, i, {a.x[i], a.y[i], a.z[i], a.length[i]},
+                                 {b.x[i], b.y[i], b.z[i], b.length[i]}, {c.x[i], c.y[i], c.z[i], c.length[i]});
+}
+
+void Filling::Local::at(const Points& points, Estimates& out) {
+    if (seen_.size() < vertices_.size()) seen_.resize(2 * vertices_.size());
+    for (std::size_t i = 0; i < vertices_.size(); ++i) see(vertices_[i], points, seen_[i]);
+    AngleSums<block> sums;
+    double doubtful[block] = {};
+    for (const Triangle& t : triangles_) add(seen_[t[0]], seen_[t[1]], seen_[t[2]], sums, doubtful);
+    const double rounding = 8 * unit_roundoff * (std::abs(value_) + norm(gradient_) * radius_);
+    for (int i = 0; i < block; ++i) {
+        const Vec3 offset = Vec3{points.x[i], points.y[i], points.z[i]} - centre_;
+        out.value[i] = value_ + dot(gradient_, offset) + sums.sum(i) / (2 * std::numbers::pi);
+        out.error[i] =
+            error_ + rounding + doubtful[i] + sums.error(i, double(triangles_.size())) / (2 * std::numbers::pi);
+    }
 }
 
 WindingEstimate Filling::Local::at(const Vec3& point) const {
-    const Vec3 offset = point - centre_;
-    WindingEstimate result{value_ + dot(gradient_, offset), error_};
-    result.error += 8 * unit_roundoff * (std::abs(value_) + norm(gradient_) * radius_);
-    AngleSum sum;
-    const Mesh& f = filling_->surface_;
-    for (const std::uint32_t i : near_) {
-        const Triangle& t = f.triangles[i];
-        const Vec3 a = f.vertices[t[0]] - point, b = f.vertices[t[1]] - point, c = f.vertices[t[2]] - point;
-        const double la = norm(a), lb = norm(b), lc = norm(c);
-        const double re = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
-        const double im = dot(a, cross(b, c)), error = 32 * unit_roundoff * la * lb * lc;
-        // Within rounding of the triangle, the sign of its half turn is not known.
-        if (re <= error && std::abs(im) <= error) return {result.value, infinity};
-        sum.add(re, im, error);
-    }
-    result.value += sum.sum() / (2 * std::numbers::pi);
-    result.error += sum.error() / (2 * std::numbers::pi);
-    return result;
+    const auto sight = [&](std::uint32_t v) {
+        const Vec3 d = vertices_[v] - point;
+        return Sight{d.x, d.y, d.z, norm(d)};
+    };
+    AngleSums<1> sum;
+    double doubtful = 0;
+    for (const Triangle& t : triangles_)
+        doubtful += add_half_solid_angle(sum, 0, sight(t[0]), sight(t[1]), sight(t[2]));
+    const double rounding = 8 * unit_roundoff * (std::abs(value_) + norm(gradient_) * radius_);
+    return {value_ + dot(gradient_, point - centre_) + sum.sum(0) / (2 * std::numbers::pi),
+            error_ + rounding + doubtful + sum.error(0, double(triangles_.size())) / (2 * std::numbers::pi)};
 }
 
 WindingEstimate Filling::boundary_term(const Vec3& p) const {
-    AngleSum sum;
+    AngleSums<1> sum;
     for (std::size_t loop = 0; loop + 1 < chain_begin_.size(); ++loop) {
         const Vec3* a = &surface_.vertices[chain_[chain_begin_[loop]]];
         Seen from(*a - p);
@@ -325,7 +368,7 @@ WindingEstimate Filling::boundary_term(const Vec3& p) const {
         }
     }
     // The loops run along −∂M.
-    return {-sum.sum() / (2 * std::numbers::pi), sum.error() / (2 * std::numbers::pi)};
+    return {-sum.sum(0) / (2 * std::numbers::pi), sum.error(0, double(edge_count_)) / (2 * std::numbers::pi)};
 }
 
 int Filling::crossings(const Vec3& p) const {

@@ -37,7 +37,17 @@ public:
     /// count as dipoles, expanded about the centre; the triangles of the others one by one.
     class Local {
     public:
-        /// At a point of the ball. The error is infinite, or nearly, where the point is in F but for rounding.
+        static constexpr int block = 28;  ///< points taken at once: a cube's 27
+
+        struct Points {
+            double x[block], y[block], z[block];
+        };
+        struct Estimates {
+            double value[block], error[block];
+        };
+
+        /// At points of the ball. The error is infinite, or nearly, where a point is in F but for rounding.
+        void at(const Points& points, Estimates& out);
         WindingEstimate at(const Vec3& point) const;
 
         /// |w(q) − w(centre)| for all points q of the ball, but for whole numbers where the way crosses F.
@@ -47,11 +57,18 @@ public:
 
     private:
         friend class Filling;
-        const Filling* filling_ = nullptr;
         Vec3 centre_, gradient_;
         double radius_ = 0, value_ = 0, error_ = 0, variation_ = 0;
         bool clear_ = true;
-        std::vector<std::uint32_t> near_;  ///< triangles
+        struct Seen {
+            double x[block], y[block], z[block], length[block];
+        };
+        static void see(const Vec3& vertex, const Points& points, Seen& seen);
+        static void add(const Seen& a, const Seen& b, const Seen& c, AngleSums<block>& sums, double* doubtful);
+
+        std::vector<Vec3> vertices_;       ///< of the near triangles
+        std::vector<Triangle> triangles_;  ///< near ones, by number among the vertices
+        std::vector<Seen> seen_;
     };
 
     /// \param opening  patches farther from the ball than this many of their radii are dipoles; > 0
@@ -73,20 +90,23 @@ private:
     /// last point back to the first), of a loop, or of several loops.
     struct Node {
         Vec3 centre;
-        double radius = 0;        ///< of a sphere about the centre that holds it
-        Vec3 moment;              ///< ∫ n dA
-        double area = 0;          ///< ∫ dA
-        double first[3][3] = {};  ///< ∫ n (x − centre)ᵀ dA
-        double first_norm = 0;    ///< bound on its Frobenius norm
-        double second = 0;        ///< bound on ∫ |x − centre|² dA
-        double chord = 0;         ///< its length; 0: none
-        std::array<std::uint32_t, 2> ends = {none, none};
-        std::uint32_t triangle = none, left = none, right = none;
+        double radius = 0;                                 ///< of a sphere about the centre that holds it
+        Vec3 moment;                                       ///< ∫ n dA
+        double area = 0;                                   ///< ∫ dA
+        double first[3][3] = {};                           ///< ∫ n (x − centre)ᵀ dA
+        double first_norm = 0;                             ///< bound on its Frobenius norm
+        double second = 0;                                 ///< bound on ∫ |x − centre|² dA
+        double chord = 0;                                  ///< its length; 0: none
+        std::array<std::uint32_t, 2> ends = {none, none};  ///< of the chain; equal for a loop
+        std::uint32_t middle = none;  ///< of the chain: the triangle is (ends[0], middle, ends[1])
+        std::uint32_t left = none, right = none;
     };
     std::uint32_t add_chain(std::span<const std::uint32_t> chain);
     std::uint32_t add_union(std::span<const std::uint32_t> roots);
     std::uint32_t finish(Node node, std::span<const Vec3> corners);
-    void collect(std::uint32_t index, double opening, Local& local) const;
+    void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+                 Local& local) const;
+    bool comes_near(const Node& node, double gap, const Local& local) const;
     void add_far(const Node& node, double distance, Local& local) const;
 
     Mesh surface_;

@@ -263,7 +263,7 @@ TEST(GeneralizedSigns, PointsOfAPlaneHoleInALatticePlaneAreAllOutside) {
 TEST(GeneralizedSigns, GridPointsGetTheirOwnSign) {
     for (const auto& [name, mesh] : open_meshes()) {
         Setting s = setting(mesh, 4);
-        const GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
+        GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
         signs.add_flip_cells(s.voxels, {});
         const Octree octree = make_octree(4, s.voxels.cell);
         std::vector<std::vector<double>> values;
@@ -288,7 +288,7 @@ TEST(GeneralizedSigns, EveryFinestCellWithBothSidesIsMarked) {
     for (const auto& [name, mesh] : open_meshes()) {
         Setting s = setting(mesh, 4);
         const std::vector<std::uint64_t> before = s.voxels.cell;
-        const GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
+        GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
         signs.add_flip_cells(s.voxels, {});
         ASSERT_EQ(s.voxels.offset.size(), s.voxels.cell.size() + 1);
         constexpr int n = 32;
