@@ -15,7 +15,7 @@ namespace its {
 namespace {
 
 constexpr std::uint64_t samples = 512;
-constexpr double clearly = 0.25;
+constexpr double clearly = 0.375;  // from 0 outside or 1 inside: at least 1/8 away from ½
 constexpr double opening = 12, precise_enough = 0.01;
 
 /// A point of the mesh, but for rounding, and its triangle.

@@ -6,10 +6,11 @@
 namespace its {
 
 /// What the winding numbers on the two sides of M say about it, by samples spread evenly over its area. A side
-/// is clearly inside or outside where its winding number is at least ¼ away from ½.
+/// is clearly outside or inside where its winding number is within 3/8 of 0 or of 1: at the middle of a dome,
+/// if that is higher than a quarter of its radius.
 struct Sides {
-    double separates =
-        0;  ///< share of the area with outside, clearly, where the normal points, and inside behind
+    /// Share of the area with outside, clearly, where the normal points, and inside behind.
+    double separates = 0;
     double reversed = 0;      ///< the same for the mesh with all triangles turned around
     bool any_inside = false;  ///< some sample has a winding number over ½ on either side
 };
