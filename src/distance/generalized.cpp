@@ -20,6 +20,10 @@ constexpr double opening = 2, finer_opening = 12;
 /// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
 constexpr double decision_gap = 0x1p-20;
 
+/// Winding numbers from which a distance to where w = ½ is derived are known to this: a hundredth of a cell in
+/// a hole that is a hundred cells wide.
+constexpr double precise_enough = 0x1p-13;
+
 /// With fewer edges their sum is cheaper than another estimate.
 constexpr std::uint64_t few_edges = 32;
 
@@ -40,6 +44,14 @@ struct GeneralizedSigns::Scratch {
     Filling::Local local, finer;
     Filling::Local::Points points;
     Filling::Local::Estimates estimates;
+};
+
+/// A corner of a finest cell in which inside and outside meet, and how far it is from where they do.
+struct GeneralizedSigns::Near {
+    std::uint64_t point;  ///< Morton code
+    double distance;
+
+    friend auto operator<=>(const Near&, const Near&) = default;
 };
 
 struct GeneralizedSigns::Judgement {
@@ -178,13 +190,94 @@ bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) co
     return decide(p, of_mesh[0], of_filling[0], scratch.local.at(p), scratch.finer);
 }
 
+/// The winding number of a point, precise enough to tell how far w = ½ is.
+double GeneralizedSigns::precise_winding(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling,
+                                         const WindingEstimate& estimate, Filling::Local& finer) const {
+    if (estimate.error <= precise_enough) return of_mesh + of_filling - estimate.value;
+    if (filling_.edges() > few_edges) {
+        filling_.localise(p, 0, finer_opening, finer);
+        const WindingEstimate w = finer.at(p);
+        if (w.error <= precise_enough) return of_mesh + of_filling - w.value;
+    }
+    return of_mesh + filling_.boundary_term(p).value;
+}
+
+/// Corners of the cube's finest cells that have both sides; `inside`: of inside_points(), which has left
+/// estimates in `scratch`. To first order w = ½ on a plane at |w − ½| / |∇w|, with the differences along the
+/// cell's edges as the gradient. Across a triangle w jumps by a whole number, across the rest of an edge it
+/// changes by less than ½.
+void GeneralizedSigns::find_near(const Cube& cube, std::uint32_t inside, Scratch& scratch,
+                                 std::vector<Near>& near) const {
+    std::uint32_t corners[8] = {}, wanted = 0;
+    for (int cell = 0; cell < 8; ++cell) {
+        for (int c = 0; c < 8; ++c) corners[cell] |= 1u << group_point(cell, c);
+        if ((inside & corners[cell]) != 0 && (~inside & corners[cell]) != 0) wanted |= corners[cell];
+    }
+    if (wanted == 0) return;
+    double w[group_points];
+    std::uint32_t known = 0;  // what is not is beyond the bounding box
+    select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
+        if ((wanted >> i & 1) == 0) return false;
+        const Filling::Local::Points& at = scratch.points;
+        w[i] = precise_winding({at.x[i], at.y[i], at.z[i]}, of_mesh, of_filling,
+                               {scratch.estimates.value[i], scratch.estimates.error[i]}, scratch.finer);
+        known |= 1u << i;
+        return false;
+    });
+    for (int cell = 0; cell < 8; ++cell) {
+        if ((inside & corners[cell]) == 0 || (~inside & corners[cell]) == 0) continue;
+        for (int c = 0; c < 8; ++c) {
+            const int p = group_point(cell, c);
+            if ((known >> p & 1) == 0) continue;
+            double squares = 0;
+            for (const int axis : {1, 2, 4}) {
+                const int q = group_point(cell, c ^ axis);
+                const double change = (known >> q & 1) != 0 ? w[p] - w[q] : 0.0;
+                if (std::abs(change) < 0.5) squares += change * change;
+            }
+            const double above = std::abs(w[p] - 0.5);
+            if (squares > 0 || above == 0)
+                near.push_back({morton_encode({std::uint32_t(cube.begin(0) + p % 3),
+                                               std::uint32_t(cube.begin(1) + p / 3 % 3),
+                                               std::uint32_t(cube.begin(2) + p / 9)}),
+                                above == 0 ? 0.0 : above / std::sqrt(squares)});
+        }
+    }
+}
+
+/// Keeps the least distance of each point.
+void GeneralizedSigns::remember(std::vector<Near>& near) {
+    std::sort(near.begin(), near.end());
+    for (const Near& n : near) {
+        if (!hole_point_.empty() && hole_point_.back() == n.point) continue;
+        hole_point_.push_back(n.point);
+        hole_distance_.push_back(n.distance);
+        hole_filter_[filter_place(n.point)] = true;
+    }
+}
+
+std::size_t GeneralizedSigns::filter_place(std::uint64_t point) {
+    return std::size_t((point * 0x9e3779b97f4a7c15ull) >> (64 - filter_bits));
+}
+
+/// The distance of a lattice point from where w = ½, in a cell that it is a corner of; infinity if it is of
+/// none.
+double GeneralizedSigns::hole_distance(std::uint64_t point) const {
+    if (!hole_filter_[filter_place(point)]) return std::numeric_limits<double>::infinity();
+    const auto it = std::lower_bound(hole_point_.begin(), hole_point_.end(), point);
+    if (it == hole_point_.end() || *it != point) return std::numeric_limits<double>::infinity();
+    return hole_distance_[std::size_t(it - hole_point_.begin())];
+}
+
 void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) {
     if (filling_.empty()) return;
     struct Found {
         std::vector<std::uint64_t> cell, cube;
         std::vector<std::uint32_t> inside;
+        std::vector<Near> near;
     };
     std::vector<std::uint64_t> cubes{0};
+    std::vector<Near> near;
     for (int level = lattice_.depth + 1; level >= 1; --level) {
         Stage stage(progress, "signs, holes", cubes.size());
         std::vector<Found> found(chunk_count(cubes.size(), cube_grain));
@@ -197,6 +290,7 @@ void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) 
                 if (level == 1) {
                     found[chunk].cube.push_back(cubes[i]);
                     found[chunk].inside.push_back(bits);
+                    find_near(cube, bits, scratch, found[chunk].near);
                 }
                 for (int child = 0; child < 8; ++child) {
                     unsigned corners = 0;
@@ -212,8 +306,10 @@ void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) 
             cubes.insert(cubes.end(), part.cell.begin(), part.cell.end());
             known_cube_.insert(known_cube_.end(), part.cube.begin(), part.cube.end());
             known_inside_.insert(known_inside_.end(), part.inside.begin(), part.inside.end());
+            near.insert(near.end(), part.near.begin(), part.near.end());
         }
     }
+    remember(near);
 
     Voxels all;
     all.cell.reserve(voxels.cell.size() + cubes.size());
@@ -228,6 +324,15 @@ void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) 
     all.offset.push_back(voxels.offset[old]);
     all.triangle = std::move(voxels.triangle);
     voxels = std::move(all);
+}
+
+void GeneralizedSigns::shorten(const Cube& cube, double* distance) const {
+    for (int p = 0; p < group_points; ++p) {
+        const std::uint64_t code = morton_encode({std::uint32_t(cube.begin(0) + cube.step() * (p % 3)),
+                                                  std::uint32_t(cube.begin(1) + cube.step() * (p / 3 % 3)),
+                                                  std::uint32_t(cube.begin(2) + cube.step() * (p / 9))});
+        distance[p] = std::min(distance[p], hole_distance(code));
+    }
 }
 
 void GeneralizedSigns::apply(const Octree& octree, std::vector<std::vector<double>>& distance,
@@ -248,6 +353,7 @@ void GeneralizedSigns::apply(const Octree& octree, std::vector<std::vector<doubl
                                              : inside_points(cube, scratch);
                 }
                 double* const d = &distance[std::size_t(level)][group_points * g];
+                if (!hole_point_.empty()) shorten(cube, d);
                 for (int p = 0; p < group_points; ++p)
                     if (bits >> p & 1) d[p] = 0.0 - d[p];  // +0 stays +0
                 for (std::uint64_t child = groups.first[g]; level > 0 && child < groups.first[g + 1]; ++child)

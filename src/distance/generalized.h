@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -23,7 +24,9 @@ public:
     /// Adds to `voxels`, with no triangles, every finest cell whose corners are not all on one side.
     void add_flip_cells(Voxels& voxels, const Progress& progress);
 
-    /// Gives distances their sign: negative inside.
+    /// Gives distances their sign: negative inside. At the corners of finest cells in which inside and outside
+    /// meet in a hole, a distance is at most that to where they meet, so that f = 0 runs there and not in
+    /// steps.
     void apply(const Octree& octree, std::vector<std::vector<double>>& distance,
                const Progress& progress) const;
 
@@ -36,6 +39,15 @@ private:
     struct Cube;
     struct Scratch;
     struct Judgement;
+    struct Near;
+
+    double precise_winding(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling,
+                           const WindingEstimate& estimate, Filling::Local& finer) const;
+    void find_near(const Cube& cube, std::uint32_t inside, Scratch& scratch, std::vector<Near>& near) const;
+    void remember(std::vector<Near>& near);
+    double hole_distance(std::uint64_t point) const;
+    void shorten(const Cube& cube, double* distance) const;
+    static std::size_t filter_place(std::uint64_t point);
 
     Judgement judge(const Cube& cube, Scratch& scratch) const;
     bool decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling, const WindingEstimate& estimate,
@@ -54,6 +66,14 @@ private:
     /// Cubes of level 1 whose points were found by add_flip_cells(), in Morton order.
     std::vector<std::uint64_t> known_cube_;
     std::vector<std::uint32_t> known_inside_;
+
+    /// Corners of finest cells in which inside and outside meet away from M, as Morton codes in ascending
+    /// order, and how far from each that is.
+    std::vector<std::uint64_t> hole_point_;
+    std::vector<double> hole_distance_;
+    static constexpr int filter_bits = 20;
+    std::vector<bool> hole_filter_ =
+        std::vector<bool>(std::size_t{1} << filter_bits);  ///< by hash: may be one of them
 };
 
 }  // namespace its

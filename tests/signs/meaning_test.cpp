@@ -160,6 +160,57 @@ TEST(Meaning, HolesAreFilled) {
     expect_meaning(open, SignRule::unsigned_rule, 0, {{origin, false}}, SignRule::unsigned_rule);
 }
 
+/// Sum of signed solid angles over 4π (Van Oosterom and Strackee 1983).
+double solid_angle_winding(const Mesh& mesh, const Vec3& p) {
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p, c = mesh.vertices[t[2]] - p;
+        const double la = norm(a), lb = norm(b), lc = norm(c);
+        sum += 2 *
+               std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+    }
+    return sum / (4 * 3.14159265358979323846);
+}
+
+/// Where a function that changes sign from a to b does so.
+template <class F>
+double root(F&& f, double a, double b) {
+    const bool sign = f(a) < 0;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (a + b);
+        ((f(middle) < 0) == sign ? a : b) = middle;
+    }
+    return a;
+}
+
+TEST(Meaning, TheSurfaceThroughAHoleRunsWhereTheWindingNumberIsOneHalf) {
+    // A ball with its cap cut off along an oblique plane, so that nothing is aligned with the lattice.
+    const double turn[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
+    Mesh mesh = zoo::sphere(origin, 1, 4);
+    std::erase_if(mesh.triangles, [&](const Triangle& t) {
+        return mesh.vertices[t[0]].z + mesh.vertices[t[1]].z + mesh.vertices[t[2]].z > 1.2;
+    });
+    mesh = zoo::transformed(mesh, turn, {0.1, 0.2, 0.3}, 1);
+    BuildOptions options;
+    options.depth = 5;
+    const ThinShell shell = build(mesh, options);
+    const Vec3 up{turn[2], turn[5], turn[8]}, right{turn[0], turn[3], turn[6]}, back{turn[1], turn[4], turn[7]};
+    const Vec3 centre{0.1, 0.2, 0.3};
+    double worst = 0;
+    for (int i = -10; i <= 10; ++i)
+        for (int j = -10; j <= 10; ++j) {
+            const Vec3 across = centre + (0.06 * i) * right + (0.06 * j) * back;
+            if (norm(across - centre) > 0.75) continue;  // the hole's radius is some 0.92
+            const auto on_ray = [&](double h) { return across + h * up; };
+            const double filled =
+                root([&](double h) { return 0.5 - solid_angle_winding(mesh, on_ray(h)); }, 0.1, 0.9);
+            const double zero = root([&](double h) { return shell.value(on_ray(h)); }, 0.1, 0.9);
+            worst = std::max(worst, std::abs(filled - zero));
+        }
+    // Half a cell and more if it ran in steps.
+    EXPECT_LT(worst, 0.1 * shell.info().cell_width);
+}
+
 TEST(Meaning, FlatAndSoupHaveNoInside) {
     EXPECT_THAT(inspect(zoo::sheet(5)).sign_reason, HasSubstr("only 0 %"));
     EXPECT_THAT(inspect(zoo::soup(50, 3)).sign_reason, HasSubstr("soup"));
@@ -232,7 +283,8 @@ TEST(Meaning, OneSidedClosedMeshesGoByEvenOdd) {
     EXPECT_TRUE(report.closed);
     EXPECT_EQ(report.odd_edges, 0u);
     // The section of the tube at y = 0 is a lying figure eight: inside is in its lobes.
-    expect_meaning(mesh, SignRule::even_odd, 0, {{{2.6, 0, 0}, true}, {{1.4, 0, 0}, true}, {{2, 0, 0.5}, false}, {origin, false}});
+    expect_meaning(mesh, SignRule::even_odd, 0,
+                   {{{2.6, 0, 0}, true}, {{1.4, 0, 0}, true}, {{2, 0, 0.5}, false}, {origin, false}});
     EXPECT_THAT(report.sign_reason, HasSubstr("Klein bottle"));
 }
 
