@@ -14,15 +14,16 @@ namespace {
 constexpr std::uint64_t cube_grain = 64;
 
 /// Patches farther from a cube than this many of their radii are dipoles; measured, docs/design/signs.md.
-constexpr double opening = 2, finer_opening = 12;
+/// First a rough look, which is enough for most cubes.
+constexpr double rough_opening = 0.5, opening = 2, finer_opening = 12;
 
 /// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
 /// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
 constexpr double decision_gap = 0x1p-20;
 
-/// Winding numbers from which a distance to where w = ½ is derived are known to this: a hundredth of a cell in
-/// a hole that is a hundred cells wide.
-constexpr double precise_enough = 0x1p-13;
+/// Winding numbers from which the distance to where w = ½ is derived need no proof: an estimate is taken if its
+/// bound is this, a finer one, whose error is far below its bound as a rule, if it is that.
+constexpr double precise_enough = 0x1p-13, finer_enough = 0x1p-6;
 
 /// With fewer edges their sum is cheaper than another estimate.
 constexpr std::uint64_t few_edges = 32;
@@ -93,15 +94,17 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
     const Vec3 centre = lattice_.position(
         {cube.begin(0) + cube.step(), cube.begin(1) + cube.step(), cube.begin(2) + cube.step()});
     const double radius = 0.8660254037844387 * 2 * double(cube.step()) * lattice_.width * (1 + 0x1p-40);
-    filling_.localise(centre, radius, opening, scratch.local);
-    const WindingEstimate w = scratch.local.at(centre);
-    const double spread = scratch.local.variation() + w.error + decision_gap;
-    const double below = std::floor(w.value);
-    out.may_flip = !(std::abs(w.value - (below + 0.5)) > spread);
-    out.decided = !out.may_flip && scratch.local.clear();
-    out.threshold = std::int32_t(std::floor(w.value + 0.5));
-    // At the side of the bounding box inside ends, should it reach so far: there W = 0 beyond.
-    if (!within && (!scratch.local.clear() || w.value - spread < -0.5)) out.may_flip = true;
+    for (const double accuracy : {rough_opening, opening}) {
+        filling_.localise(centre, radius, accuracy, scratch.local);
+        const WindingEstimate w = scratch.local.at(centre);
+        const double spread = scratch.local.variation() + w.error + decision_gap;
+        out.may_flip = !(std::abs(w.value - (std::floor(w.value) + 0.5)) > spread);
+        out.decided = !out.may_flip && scratch.local.clear();
+        out.threshold = std::int32_t(std::floor(w.value + 0.5));
+        // At the side of the bounding box inside ends, should it reach so far: there W = 0 beyond.
+        if (!within && (!scratch.local.clear() || w.value - spread < -0.5)) out.may_flip = true;
+        if (out.decided && !out.may_flip) break;
+    }
     return out;
 }
 
@@ -197,7 +200,7 @@ double GeneralizedSigns::precise_winding(const Vec3& p, std::int32_t of_mesh, st
     if (filling_.edges() > few_edges) {
         filling_.localise(p, 0, finer_opening, finer);
         const WindingEstimate w = finer.at(p);
-        if (w.error <= precise_enough) return of_mesh + of_filling - w.value;
+        if (w.error <= finer_enough) return of_mesh + of_filling - w.value;
     }
     return of_mesh + filling_.boundary_term(p).value;
 }

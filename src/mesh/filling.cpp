@@ -18,6 +18,9 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double whole_sphere = 4 * std::numbers::pi;
+/// A patch is a dipole at less than the opening asked for, and at more than the least, where its error is
+/// smaller than this over the opening's square; measured, docs/design/signs.md.
+constexpr double least_opening = 0.25, small_error = 0x1p-8;
 /// Moments are sums of some tens of terms with relative errors of a few u: bounds are widened by far more.
 constexpr double outward = 1 + 0x1p-40, inward = 1 - 0x1p-40;
 
@@ -217,6 +220,7 @@ std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
     // A centroid is off by some u of the coordinates: 64u covers the few roundings of each of up to 64 levels'
     // sums that reach it, each weighted by its area.
     const double off = 64 * unit_roundoff * reach_;
+    node.moment_norm = norm(node.moment) * outward;
     node.first_norm = std::sqrt(squared) * outward + off * node.area;
     node.second = node.second * outward + off * node.radius * node.area;
     node.radius = node.radius * outward + off;
@@ -239,31 +243,40 @@ void Filling::localise(const Vec3& centre, double radius, double opening, Local&
 /// ∫ n·K(x − p) dA = N·K(c − p) + (first moment, at most √6 |first| / D³) + (rest, at most ½ 6 second / d⁴),
 /// with D = |c − p| and d = D − radius at most the distance from p to the patch. Over the ball, N·K changes
 /// from its tangent by at most ½ 6 |N| R² / D⁴.
-void Filling::add_far(const Node& node, double distance, Local& local) const {
+Filling::Far Filling::far_errors(const Node& node, double length, double distance, double ball) {
+    const double near = 1 / distance, far = 1 / (length - ball);
+    const double near2 = near * near, far2 = far * far;
+    const double error = 2.5 * node.first_norm * (far2 * far) + 3 * (node.second * near2) * near2 +
+                         (3 * ball * ball * far2 + 64 * unit_roundoff) * (node.moment_norm * far2);
+    return {error * outward / whole_sphere, 2 * node.area * ball * (near2 * near) * outward / whole_sphere};
+}
+
+void Filling::add_far(const Node& node, double length, const Far& far, Local& local) const {
     const Vec3 r = node.centre - local.centre_;
-    const double length = norm(r), inverse = 1 / length;
-    const double cube = inverse * inverse * inverse;
+    const double inverse = 1 / length;
+    const double cube = inverse * inverse * inverse / whole_sphere;
     const double normal = dot(node.moment, r);
-    local.value_ += normal * cube / whole_sphere;
-    local.gradient_ = local.gradient_ +
-                      (1 / whole_sphere) * ((3 * normal * cube * inverse * inverse) * r - cube * node.moment);
-    const double far = length - local.radius_, moment = norm(node.moment);
-    const double d2 = distance * distance, far2 = far * far;
-    const double error = 2.5 * node.first_norm / (far2 * far) + 3 * (node.second / d2) / d2 +
-                         3 * (moment / far2) * (local.radius_ * local.radius_ / far2) +
-                         64 * unit_roundoff * moment / far2;
-    local.error_ += error * outward / whole_sphere;
-    local.variation_ += 2 * node.area * local.radius_ / (d2 * distance) * outward / whole_sphere;
+    local.value_ += normal * cube;
+    local.gradient_ = local.gradient_ + (3 * normal * cube * inverse * inverse) * r - cube * node.moment;
+    local.error_ += far.error;
+    local.variation_ += far.variation;
 }
 
 /// \param first, last  the chord's ends among the near vertices; none: a loop, or several
 void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
                       Local& local) const {
     const Node& node = nodes_[index];
-    const double gap = norm(node.centre - local.centre_) - local.radius_ - node.radius;
+    const double length = norm(node.centre - local.centre_), gap = length - local.radius_ - node.radius;
     const bool leaf = node.left == none;
-    if (leaf || gap > opening * node.radius) {
-        if (!leaf) add_far(node, gap, local);
+    bool far = leaf;
+    if (!leaf && gap > least_opening * node.radius) {
+        const Far errors = far_errors(node, length, gap, local.radius_);
+        // Loops that are small for their distance from each other are few dipoles long before that.
+        far = gap > opening * node.radius ||
+              (node.chord == 0 && (errors.error + errors.variation) * (opening * opening) < small_error);
+        if (far) add_far(node, length, errors, local);
+    }
+    if (far) {
         // Biot and Savart: the gradient of the winding number of what is bounded by a curve is at most the
         // curve's length / (4π d²), d its distance; for a straight one also 2 / (4π d). What is near ends at
         // the edges and at the chords of what is far.

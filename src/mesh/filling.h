@@ -90,8 +90,9 @@ private:
     /// last point back to the first), of a loop, or of several loops.
     struct Node {
         Vec3 centre;
-        double radius = 0;                                 ///< of a sphere about the centre that holds it
-        Vec3 moment;                                       ///< ∫ n dA
+        double radius = 0;  ///< of a sphere about the centre that holds it
+        Vec3 moment;        ///< ∫ n dA
+        double moment_norm = 0;
         double area = 0;                                   ///< ∫ dA
         double first[3][3] = {};                           ///< ∫ n (x − centre)ᵀ dA
         double first_norm = 0;                             ///< bound on its Frobenius norm
@@ -107,7 +108,12 @@ private:
     void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
                  Local& local) const;
     bool comes_near(const Node& node, double gap, const Local& local) const;
-    void add_far(const Node& node, double distance, Local& local) const;
+    /// What a dipole may be off by over a ball, and how much it may change in it.
+    struct Far {
+        double error, variation;
+    };
+    static Far far_errors(const Node& node, double length, double distance, double ball);
+    void add_far(const Node& node, double length, const Far& far, Local& local) const;
 
     Mesh surface_;
     std::vector<Node> nodes_;
