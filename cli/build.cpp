@@ -48,7 +48,7 @@ void print_report(const Options& options, const Built& built) {
         const BuildTimes& times = built.times;
         table.row("Time", seconds_text(times.total));
         table.row("  octree", seconds_text(times.octree));
-        table.row("  distance", seconds_text(times.distance));
+        table.row("  distance", seconds_text(times.distance) + ", signs " + seconds_text(times.signs));
         table.row("  field", seconds_text(times.field));
         table.row("  extrema", seconds_text(times.extrema));
         table.row("Reading, writing", seconds_text(built.read) + ", " + seconds_text(built.write));
@@ -66,9 +66,9 @@ void print_build_json(const Options& options, const MeshFile& file, const Built&
     json["file"] = options.output;
     json["file_bytes"] = std::filesystem::file_size(options.output);
     json["unchanged"] = built.unchanged;
-    json["seconds"] = {{"read", built.read},   {"octree", times.octree},   {"distance", times.distance},
-                       {"field", times.field}, {"extrema", times.extrema}, {"total", times.total},
-                       {"write", built.write}};
+    json["seconds"] = {{"read", built.read},   {"octree", times.octree}, {"distance", times.distance},
+                       {"signs", times.signs}, {"field", times.field},   {"extrema", times.extrema},
+                       {"total", times.total}, {"write", built.write}};
     print_json(json);
 }
 
@@ -130,6 +130,7 @@ Run add_build(CLI::App& app) {
                                         {{"auto", std::nullopt},
                                          {"winding", SignRule::winding},
                                          {"generalized", SignRule::generalized},
+                                         {"even-odd", SignRule::even_odd},
                                          {"unsigned", SignRule::unsigned_rule}},
                                         options->build.sign, "How inside is defined")
         ->type_name("RULE");

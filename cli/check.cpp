@@ -27,6 +27,7 @@ void print_check_json(const Options& options, const MeshFile& file, const MeshRe
     json["nonmanifold_edges"] = report.nonmanifold_edges;
     json["inconsistent_edges"] = report.inconsistent_edges;
     json["unbalanced_edges"] = report.unbalanced_edges;
+    json["odd_edges"] = report.odd_edges;
     json["components"] = report.components;
     json["euler"] = report.euler;
     json["closed"] = report.closed;
@@ -35,6 +36,9 @@ void print_check_json(const Options& options, const MeshFile& file, const MeshRe
     json["signed_volume"] = report.signed_volume;
     json["sign"] = name(report.sign);
     json["sign_reason"] = report.sign_reason;
+    json["sign_advice"] = report.sign_advice;
+    json["turned"] = report.turned;
+    json["separating"] = report.separating;
     print_json(json);
 }
 
@@ -63,7 +67,11 @@ void print_report(const Options& options, const MeshFile& file, const MeshReport
     table.row("Non-manifold edges", defects(report.nonmanifold_edges, "with more than two triangles"));
     table.row("Inconsistent edges", defects(report.inconsistent_edges, "run through twice the same way"));
     table.row("Unbalanced edges", defects(report.unbalanced_edges, "not run through as often each way"));
+    table.row("Odd edges", defects(report.odd_edges, "with an odd number of triangles"));
     table.row("Sign rule", fmt::format("{}: {}", name(report.sign), report.sign_reason));
+    if (report.turned > 0)
+        table.row("Turned around", fmt::format("{} of the triangles", count_text(report.turned)));
+    if (!report.sign_advice.empty()) table.row("Otherwise", report.sign_advice);
     table.print();
 }
 

@@ -63,6 +63,7 @@ struct ShellInfo {
 /// Wall-clock seconds of the stages of build(). Not part of the shell: files do not depend on it.
 struct BuildTimes {
     double octree = 0, distance = 0, field = 0, extrema = 0, total = 0;
+    double signs = 0;  ///< contained in distance
 };
 
 struct ShellData;  // the arrays behind a shell; private to the library

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "base/parallel.h"
 #include "geometry/predicates.h"
+#include "geometry/vec3.h"
 
 namespace its {
 
@@ -14,12 +16,7 @@ namespace {
 
 constexpr std::uint64_t cell_grain = 4096;
 constexpr std::uint64_t group_grain = 1024;
-
-struct Event {
-    std::uint64_t line;
-    std::uint32_t x;
-    std::int32_t sign;
-};
+constexpr std::uint64_t triangle_grain = 16;
 
 }  // namespace
 
@@ -58,6 +55,69 @@ WindingLines::WindingLines(const Mesh& mesh, const Lattice& lattice, const Voxel
                    stage.advance(end - begin);
                });
 
+    gather(found);
+}
+
+WindingLines::WindingLines(const Mesh& surface, const Lattice& lattice, const WindingLines& like,
+                           const Progress& progress)
+    : y_begin_(like.y_begin_), y_count_(like.y_count_), z_begin_(like.z_begin_), z_count_(like.z_count_) {
+    Stage stage(progress, "signs", surface.triangles.size());
+    std::vector<std::vector<Event>> found(chunk_count(surface.triangles.size(), triangle_grain));
+    for_chunks(surface.triangles.size(), triangle_grain,
+               [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+                   for (std::uint64_t t = begin; t < end; ++t)
+                       draw(surface, surface.triangles[t], lattice, found[chunk]);
+                   stage.advance(end - begin);
+               });
+    gather(found);
+}
+
+/// Where the lattice lines through the triangle's box cross it: each by exact predicates, from a computed
+/// guess.
+void WindingLines::draw(const Mesh& surface, const Triangle& t, const Lattice& lattice,
+                        std::vector<Event>& found) const {
+    const Vec3 &a = surface.vertices[t[0]], &b = surface.vertices[t[1]], &c = surface.vertices[t[2]];
+    const Vec3 u = lattice.to_lattice(a), v = lattice.to_lattice(b), w = lattice.to_lattice(c);
+    // One line more on each side: to_lattice() errs by far less than a cell.
+    const auto low = [](double p, double q, double r) {
+        return std::int64_t(std::floor(std::min({p, q, r}))) - 1;
+    };
+    const auto high = [](double p, double q, double r) {
+        return std::int64_t(std::ceil(std::max({p, q, r}))) + 1;
+    };
+    const std::int64_t x_low = low(u.x, v.x, w.x), x_high = high(u.x, v.x, w.x);
+    const std::int64_t y_low = std::max(low(u.y, v.y, w.y), y_begin_),
+                       y_high = std::min(high(u.y, v.y, w.y), y_begin_ + y_count_ - 1);
+    const std::int64_t z_low = std::max(low(u.z, v.z, w.z), z_begin_),
+                       z_high = std::min(high(u.z, v.z, w.z), z_begin_ + z_count_ - 1);
+    const Vec3 n = cross(v - u, w - u);
+    for (std::int64_t z = z_low; z <= z_high; ++z)
+        for (std::int64_t y = y_low; y <= y_high; ++y) {
+            // What the winding number gains from lattice point `from` to `to`, both on this line.
+            const auto gain = [&](std::int64_t from, std::int64_t to) {
+                return x_line_crossing(a, b, c, lattice.position({from, y, z}), lattice.position(0, to));
+            };
+            const int sign = gain(x_low, x_high);
+            if (sign == 0) continue;
+            const double x = u.x - (n.y * (double(y) - u.y) + n.z * (double(z) - u.z)) / n.x;
+            std::int64_t before = x_low, after = x_high;  // the crossing lies between these
+            const auto narrow = [&](std::int64_t middle) {
+                if (middle <= before || middle >= after) return;
+                (gain(before, middle) != 0 ? after : before) = middle;
+            };
+            if (std::isfinite(x)) {
+                const double guess = std::clamp(std::floor(x), double(x_low), double(x_high));
+                narrow(std::int64_t(guess));
+                narrow(std::int64_t(guess) + 1);
+            }
+            while (after - before > 1) narrow(before + (after - before) / 2);
+            const auto line = std::uint64_t((z - z_begin_) * y_count_ + (y - y_begin_));
+            found.push_back({line, std::uint32_t(after), sign});
+        }
+}
+
+/// Sorts the crossings by line and along it, and adds them up.
+void WindingLines::gather(const std::vector<std::vector<Event>>& found) {
     first_.assign(std::uint64_t(y_count_ * z_count_) + 1, 0);
     for (const auto& events : found)
         for (const Event& e : events) ++first_[e.line + 1];
@@ -91,11 +151,12 @@ void WindingLines::winding(std::int64_t x, std::int64_t y, std::int64_t z, std::
     }
 }
 
-CellSides apply_signs(const Octree& octree, const WindingLines& lines,
+CellSides apply_signs(const Octree& octree, const WindingLines& lines, SignRule rule,
                       std::vector<std::vector<double>>& distance) {
     CellSides sides;
     std::vector<std::int32_t> cell_winding(octree.surface_cells());
     std::atomic<bool> only_bits = true;
+    const bool parity = rule == SignRule::even_odd;
     for (int level = 0; level <= octree.depth; ++level) {
         const std::int64_t step = std::int64_t{1} << level;
         std::vector<std::uint8_t> inside(octree.levels[level].groups());
@@ -109,6 +170,7 @@ CellSides apply_signs(const Octree& octree, const WindingLines& lines,
                 lines.winding(2 * step * at[0], 2 * step * at[1] + step * (row % 3),
                               2 * step * at[2] + step * (row / 3), step, winding);
                 for (int i = 0; i < 3; ++i) {
+                    if (parity) winding[i] &= 1;
                     if (winding[i] >= 1) d[3 * row + i] = 0.0 - d[3 * row + i];  // +0 stays +0
                     only_bits_here &= winding[i] >= 0 && winding[i] <= 1;
                 }

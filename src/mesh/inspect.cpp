@@ -8,55 +8,18 @@
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 #include "its/mesh.h"
-#include "mesh/points.h"
+#include "mesh/inspect.h"
+#include "mesh/merged.h"
+#include "mesh/orient.h"
+#include "mesh/sides.h"
 
 namespace its {
 
 namespace {
 
-/// The mesh with vertices at identical positions made one: numbers of positions that triangles use.
-struct Merged {
-    std::vector<Vec3> points;
-    std::vector<Triangle> triangles;
-};
-
-/// \throws InputError on what inspect() refuses.
-Merged merge(const Mesh& mesh) {
-    constexpr std::uint32_t unknown = std::numeric_limits<std::uint32_t>::max();
-    if (mesh.triangles.empty()) throw InputError("the mesh has no triangles");
-    if (mesh.vertices.size() >= unknown) throw InputError("the mesh has more than 4294967294 vertices");
-    PointIndex index(std::min(mesh.vertices.size(), 3 * mesh.triangles.size()));
-    std::vector<std::uint32_t> number(mesh.vertices.size(), unknown);
-    Merged merged;
-    merged.triangles.reserve(mesh.triangles.size());
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        Triangle t = mesh.triangles[i];
-        for (std::uint32_t& v : t) {
-            if (v >= mesh.vertices.size()) {
-                throw InputError(fmt::format("triangle {} uses vertex {} of {}", i, v, mesh.vertices.size()));
-            }
-            if (number[v] == unknown) {
-                if (!finite(mesh.vertices[v]))
-                    throw InputError(fmt::format("vertex {} is not a finite point", v));
-                number[v] = index.insert(mesh.vertices[v]);
-            }
-            v = number[v];
-        }
-        merged.triangles.push_back(t);
-    }
-    merged.points = index.points();
-    return merged;
-}
-
-/// A triangle that is a segment or point even without a look at coordinates: it connects points, but is no
-/// face.
-bool repeats_corner(const Triangle& t) {
-    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
-
 /// What is counted about edges; see MeshReport.
 struct EdgeCounts {
-    std::uint64_t edges = 0, boundary = 0, nonmanifold = 0, inconsistent = 0, unbalanced = 0;
+    std::uint64_t edges = 0, boundary = 0, nonmanifold = 0, inconsistent = 0, unbalanced = 0, odd = 0;
 };
 
 /// Counts edges, from the triangles for which `use` holds, none of which repeats a corner. Sorted by
@@ -94,6 +57,7 @@ EdgeCounts count_edges(const Merged& mesh, Use&& use) {
             counts.nonmanifold += up + down > 2;
             counts.inconsistent += up + down == 2 && up != down;
             counts.unbalanced += up != down;
+            counts.odd += (up + down) % 2;
         }
     }
     return counts;
@@ -166,26 +130,142 @@ double volume_of(const Merged& mesh, const Box& box) {
     return sum / 6;
 }
 
-void choose_sign(MeshReport& report) {
+double percent(double share) {
+    return std::round(100 * share);
+}
+
+/// The share of the area that must separate inside from outside for a mesh with holes to have an inside.
+constexpr double least_separating = 0.5;
+/// Unbalanced edges per triangle beyond which a mesh is a soup: half of the three that each has.
+constexpr double most_open_edges = 1.5;
+
+void all_around(std::vector<std::uint8_t>& turn, std::size_t triangles) {
+    turn.assign(triangles, 1);
+}
+
+/// Every edge is balanced: winding numbers are whole.
+void decide_cycle(const Mesh& mesh, const Merged& merged, Inspection& out) {
+    MeshReport& report = out.report;
+    report.sign = SignRule::winding;
+    report.sign_reason =
+        "every edge is used as often in one direction as in the other, so winding numbers are defined";
+    report.sign_advice = "--sign unsigned for a shell around both sides";
+    if (!(report.signed_volume < 0)) return;
+    if (sample_sides(mesh, merged).any_inside) {
+        report.sign_reason += "; more volume is enclosed inside out than right side out, and stays outside";
+        return;
+    }
+    all_around(out.turn, merged.triangles.size());
+    report.sign_reason +=
+        "; the mesh is inside out (its signed volume is negative, and nothing has a positive winding number), "
+        "so "
+        "all triangles are turned around";
+    report.sign_advice = "--sign winding to take the triangles as they are: then nothing is inside";
+}
+
+/// Every edge has an even number of triangles, but their directions do not agree.
+void decide_even(const Merged& merged, const std::vector<bool>& degenerate, Inspection& out) {
+    MeshReport& report = out.report;
+    const Patches patches = find_patches(merged);
+    const auto balanced = [&](const std::vector<std::uint8_t>& turn) {
+        Merged turned = merged;
+        for (std::size_t i = 0; i < turn.size(); ++i)
+            if (turn[i] != 0) std::swap(turned.triangles[i][1], turned.triangles[i][2]);
+        const auto excess = [&](bool with_degenerate) {
+            return count_edges(turned,
+                               [&](std::size_t i) {
+                                   return !repeats_corner(turned.triangles[i]) &&
+                                          (with_degenerate || !degenerate[i]);
+                               })
+                .unbalanced;
+        };
+        return excess(true) == 0 || excess(false) == 0;
+    };
+    report.sign_advice = "--sign unsigned for a shell around both sides";
+    for (const bool all : {false, true}) {
+        if (!patches.orientable) break;
+        const std::vector<std::uint8_t> turn = outward_turns(merged, patches, all);
+        if (!balanced(turn)) continue;
+        out.turn = turn;
+        report.sign = SignRule::winding;
+        report.sign_reason =
+            "closed, but not all triangles agree about the outside: those that do not are turned around, part "
+            "by "
+            "part, so that most of each part faces outward, and winding numbers are defined";
+        report.sign_advice = "--sign even-odd for inside by counting crossings, without turning anything";
+        return;
+    }
+    report.sign = SignRule::even_odd;
+    report.sign_reason = fmt::format(
+        "closed (every edge has an even number of triangles), but {}: inside is where a ray to infinity "
+        "crosses an "
+        "odd number of triangles",
+        patches.orientable ? "the parts cannot be turned so that all agree" : "one-sided, like a Klein bottle");
+}
+
+/// Some edge has an odd number of triangles: M has a boundary.
+void decide_open(const Mesh& mesh, const Merged& merged, Inspection& out) {
+    MeshReport& report = out.report;
+    report.sign = SignRule::unsigned_rule;
+    if (report.inconsistent_edges > 0) {
+        report.sign_reason = fmt::format(
+            "{} edges are not used equally often in both directions, and at {} two triangles disagree about "
+            "the "
+            "outside, so there is no inside",
+            report.unbalanced_edges, report.inconsistent_edges);
+        report.sign_advice = "--sign generalized to take the directions of the triangles as they are";
+        return;
+    }
+    if (double(report.unbalanced_edges) > most_open_edges * double(report.triangles)) {
+        report.separating = 0;
+        report.sign_reason = fmt::format(
+            "{} edges are not used equally often in both directions, more than half of what the triangles "
+            "have: a "
+            "soup, without inside",
+            report.unbalanced_edges);
+        report.sign_advice = "--sign generalized to fill the holes nevertheless";
+        return;
+    }
+    const Sides sides = sample_sides(mesh, merged);
+    const bool reversed = sides.reversed > sides.separates;
+    report.separating = std::max(sides.separates, sides.reversed);
+    const std::string holes =
+        fmt::format("{} edges are not used equally often in both directions", report.unbalanced_edges);
+    if (report.separating < least_separating) {
+        report.sign_reason = fmt::format(
+            "{}, and only {:.0f} % of the area would separate inside from outside with the holes filled (50 % "
+            "is "
+            "asked for), so there is no inside",
+            holes, percent(report.separating));
+        report.sign_advice = "--sign generalized to fill the holes nevertheless";
+        return;
+    }
+    report.sign = SignRule::generalized;
+    report.sign_reason = fmt::format(
+        "{}, but {:.0f} % of the area separates inside from outside with the holes filled (50 % is asked for), "
+        "so "
+        "generalized winding numbers fill them",
+        holes, percent(report.separating));
+    report.sign_advice = "--sign unsigned for a shell around both sides, with the holes open";
+    if (reversed) {
+        all_around(out.turn, merged.triangles.size());
+        report.sign_reason += "; the mesh is inside out, so all triangles are turned around";
+    }
+}
+
+void choose_sign(const Mesh& mesh, const Merged& merged, const std::vector<bool>& degenerate, Inspection& out) {
+    MeshReport& report = out.report;
     if (report.degenerate == report.triangles) {
         report.sign = SignRule::unsigned_rule;
         report.sign_reason = "every triangle has zero area, so nothing can be inside";
     } else if (report.unbalanced_edges == 0) {
-        report.sign = SignRule::winding;
-        report.sign_reason =
-            "every edge is used as often in one direction as in the other, so winding numbers are defined";
-        if (report.signed_volume < 0) {
-            report.sign_reason +=
-                "; but the mesh is inside out (its signed volume is negative): flip its triangles";
-        }
+        decide_cycle(mesh, merged, out);
+    } else if (report.odd_edges == 0) {
+        decide_even(merged, degenerate, out);
     } else {
-        report.sign = SignRule::unsigned_rule;
-        report.sign_reason = fmt::format(
-            "{} edges are not used equally often in both directions ({} have one triangle only), so there is "
-            "no inside "
-            "without filling holes; for now such a mesh is built unsigned",
-            report.unbalanced_edges, report.boundary_edges);
+        decide_open(mesh, merged, out);
     }
+    report.turned = std::uint64_t(std::count(out.turn.begin(), out.turn.end(), 1));
 }
 
 }  // namespace
@@ -196,15 +276,18 @@ std::string_view name(SignRule rule) {
             return "winding";
         case SignRule::generalized:
             return "generalized";
+        case SignRule::even_odd:
+            return "even-odd";
         case SignRule::unsigned_rule:
             break;
     }
     return "unsigned";
 }
 
-MeshReport inspect(const Mesh& mesh) {
+Inspection examine(const Mesh& mesh) {
     const Merged merged = merge(mesh);
-    MeshReport report;
+    Inspection out;
+    MeshReport& report = out.report;
     report.vertices = merged.points.size();
     report.triangles = merged.triangles.size();
     std::vector<bool> degenerate(merged.triangles.size());
@@ -223,10 +306,12 @@ MeshReport inspect(const Mesh& mesh) {
     report.nonmanifold_edges = edges.nonmanifold;
     report.inconsistent_edges = edges.inconsistent;
     report.unbalanced_edges = edges.unbalanced;
+    report.odd_edges = edges.odd;
     if (edges.unbalanced > 0 && report.degenerate > 0) {
         // Zero-area triangles have no winding number of their own: they may close cracks, but never open one.
         const EdgeCounts without = count_edges(merged, [&](std::size_t i) { return !degenerate[i]; });
         report.unbalanced_edges = std::min(report.unbalanced_edges, without.unbalanced);
+        report.odd_edges = std::min(report.odd_edges, without.odd);
     }
     report.components = count_components(merged);
     report.euler = std::int64_t(report.vertices) - std::int64_t(edges.edges) + std::int64_t(faces);
@@ -234,8 +319,22 @@ MeshReport inspect(const Mesh& mesh) {
     report.oriented = report.inconsistent_edges == 0;
     report.bounds = bounds_of(merged.points);
     report.signed_volume = volume_of(merged, report.bounds);
-    choose_sign(report);
-    return report;
+    choose_sign(mesh, merged, degenerate, out);
+    return out;
+}
+
+MeshReport inspect(const Mesh& mesh) {
+    return examine(mesh).report;
+}
+
+Mesh turned(Mesh mesh, std::span<const std::uint8_t> turn) {
+    for (std::size_t i = 0; i < turn.size(); ++i)
+        if (turn[i] != 0) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
+    return mesh;
+}
+
+Mesh oriented(const Mesh& mesh) {
+    return turned(mesh, examine(mesh).turn);
 }
 
 }  // namespace its

@@ -17,8 +17,8 @@ struct XmlTag {
     std::optional<std::string_view> attribute(std::string_view wanted) const;
 };
 
-/// Takes the next attribute from `rest`, at first a tag's attributes: false at the end. Values are as they stand:
-/// entities in them are not replaced.
+/// Takes the next attribute from `rest`, at first a tag's attributes: false at the end. Values are as they
+/// stand: entities in them are not replaced.
 bool next_attribute(std::string_view& rest, std::string_view& name, std::string_view& value);
 
 /// Walks through the tags of an XML document; texts, comments and instructions are skipped. Nothing is kept and

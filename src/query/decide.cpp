@@ -39,6 +39,7 @@ int side_by_field(const QueryIndex& index, const SurfacePoint& at, std::uint64_t
 
 /// Inside by the sign rule, of a winding number.
 bool is_inside(SignRule rule, std::int64_t winding) {
+    if (rule == SignRule::even_odd) return winding % 2 != 0;
     return rule != SignRule::unsigned_rule && winding >= 1;
 }
 

@@ -1,11 +1,15 @@
 #include <fmt/format.h>
 #include <algorithm>
+#include <memory>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "base/parallel.h"
 #include "distance/grid_distance.h"
-#include "distance/winding.h"
+#include "distance/signs.h"
 #include "field/lscg.h"
+#include "mesh/inspect.h"
 #include "octree/voxelise.h"
 #include "shell/budget.h"
 #include "shell/extremes.h"
@@ -25,19 +29,20 @@ void check_options(const BuildOptions& options) {
     if (options.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", options.threads));
 }
 
-/// The rule to use, and one sentence that says why. \throws OptionError if the mesh cannot have the one asked
-/// for
+/// The rule to use, and one sentence that says why. A rule that is asked for takes the triangles' directions as
+/// they are. \throws OptionError if the mesh cannot have it
 std::pair<SignRule, std::string> choose_sign(const MeshReport& report, const BuildOptions& options) {
     if (!options.sign) return {report.sign, report.sign_reason};
-    if (*options.sign == SignRule::generalized)
-        throw OptionError(
-            "sign rule generalized: not available yet; use unsigned, or winding for a closed mesh");
     if (*options.sign == SignRule::winding && report.unbalanced_edges > 0)
+        throw OptionError(fmt::format(
+            "sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its "
+            "inside is not defined; use auto, generalized or unsigned, or close and orient the mesh",
+            report.unbalanced_edges));
+    if (*options.sign == SignRule::even_odd && report.odd_edges > 0)
         throw OptionError(
-            fmt::format("sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its "
-                        "inside is not "
-                        "defined; use unsigned, or close and orient the mesh",
-                        report.unbalanced_edges));
+            fmt::format("sign rule even-odd: {} edges of the mesh have an odd number of triangles, so that its "
+                        "inside is not defined; use auto, generalized or unsigned, or close the mesh",
+                        report.odd_edges));
     return {*options.sign, "asked for"};
 }
 
@@ -90,73 +95,128 @@ ShellInfo describe(const ShellData& shell, const MeshReport& report) {
     return info;
 }
 
+/// One build, phase by phase. Each phase takes what it needs from those before and frees what none after needs.
+class Builder {
+public:
+    Builder(const Mesh& mesh, const BuildOptions& options)
+        : mesh_(mesh),
+          options_(options),
+          inspection_(examine(mesh)),  // throws on what is no mesh
+          depth_(options.depth ? *options.depth : automatic_depth(mesh, options.max_memory)),
+          budget_(mesh, depth_, options.max_memory) {
+        std::tie(sign_, sign_reason_) = choose_sign(inspection_.report, options);
+        budget_.check_expected();
+        shell_->lattice = make_lattice(inspection_.report.bounds, depth_);
+        positions_ = lattice_positions(mesh, shell_->lattice);
+        oriented_ = options.sign ? mesh : turned(mesh, inspection_.turn);
+    }
+
+    void find_cells() {
+        const Stopwatch octree_time;
+        voxels_ = voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(), options_.progress,
+                           [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+                               budget_.check_level(level, cells, pairs);
+                           });
+        times_.octree = octree_time.seconds();
+
+        const Stopwatch sign_time;
+        signs_.emplace(sign_, oriented_, shell_->lattice, voxels_, options_.progress);
+        times_.signs = sign_time.seconds();
+
+        const Stopwatch tree_time;
+        shell_->octree = make_octree(depth_, voxels_.cell);
+        std::vector<std::uint64_t>().swap(voxels_.cell);
+        budget_.check({mesh_.triangles.size(), groups_of(shell_->octree), shell_->octree.surface_cells(),
+                       voxels_.triangle.size()});
+        times_.octree += tree_time.seconds();
+    }
+
+    void find_distances() {
+        const Stopwatch distance_time;
+        distance_ = grid_distances(shell_->octree, positions_, mesh_.triangles, options_.progress);
+        times_.distance = distance_time.seconds();
+
+        const Stopwatch sign_time;
+        shell_->sides = signs_->apply(shell_->octree, distance_, options_.progress);
+        signs_.reset();
+        times_.signs += sign_time.seconds();
+        times_.distance += times_.signs;
+    }
+
+    void find_field() {
+        const Stopwatch time;
+        shell_->field = solve_direct(std::move(distance_));
+        if (options_.solver == Solver::lscg)
+            shell_->field =
+                solve_lscg(shell_->octree, shell_->field, lscg_tolerance, options_.progress, nullptr);
+        times_.field = time.seconds();
+    }
+
+    void find_bounds() {
+        const Stopwatch time;
+        Extremes extremes =
+            find_extremes(shell_->lattice, shell_->octree, shell_->field, positions_, mesh_.triangles,
+                          voxels_.offset, voxels_.triangle, options_.extrema, options_.progress);
+        shell_->surface.lower = std::move(extremes.cell_lower);
+        shell_->surface.upper = std::move(extremes.cell_upper);
+        shell_->surface.lists = pack_lists(shell_->octree.levels[0], voxels_.offset, voxels_.triangle);
+        // A convex M may have f > 0 on all of it: the shell is the hull with 0.
+        shell_->epsilon_inner = sign_ == SignRule::unsigned_rule ? 0.0 : std::min(extremes.lower, 0.0);
+        shell_->epsilon_outer = std::max(extremes.upper, 0.0);
+        rounding_ = shell_->lattice.width * extremes.rounding;
+        times_.extrema = time.seconds();
+    }
+
+    ThinShell finish() {
+        shell_->mesh = {std::move(oriented_.vertices), std::move(oriented_.triangles)};
+        shell_->info = describe(*shell_, inspection_.report);
+        shell_->info.sign = sign_;
+        shell_->info.sign_reason = sign_reason_;
+        shell_->info.extrema = options_.extrema;
+        shell_->info.solver = options_.solver;
+        shell_->info.rounding = rounding_;
+        shell_->info.input_hash = input_hash(mesh_, options_);
+        return ThinShell(std::move(shell_));
+    }
+
+    const BuildTimes& times() const { return times_; }
+
+private:
+    const Mesh& mesh_;
+    const BuildOptions& options_;
+    Inspection inspection_;
+    int depth_;
+    MemoryBudget budget_;
+    SignRule sign_ = SignRule::unsigned_rule;
+    std::string sign_reason_;
+    BuildTimes times_;
+
+    std::shared_ptr<ShellData> shell_ = std::make_shared<ShellData>();
+    Mesh oriented_;  ///< the mesh, some triangles turned around where the sign rule was left to us
+    std::vector<Vec3> positions_;  ///< of its vertices, in lattice coordinates
+    Voxels voxels_;
+    std::optional<Signs> signs_;
+    std::vector<std::vector<double>> distance_;
+    double rounding_ = 0;
+};
+
 }  // namespace
 
 ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times) {
     check_options(options);
     return with_threads(options.threads, [&] {
         const Stopwatch total;
-        BuildTimes spent;
-        const MeshReport report = inspect(mesh);  // throws on what is no mesh
-        const auto [sign, reason] = choose_sign(report, options);
-        const int depth = options.depth ? *options.depth : automatic_depth(mesh, options.max_memory);
-        const MemoryBudget budget(mesh, depth, options.max_memory);
-        budget.check_expected();
-
-        auto shell = std::make_shared<ShellData>();
-        shell->mesh = {std::vector(mesh.vertices), std::vector(mesh.triangles)};
-        shell->lattice = make_lattice(report.bounds, depth);
-        const std::vector<Vec3> positions = lattice_positions(mesh, shell->lattice);
-
-        const Stopwatch octree_time;
-        Voxels voxels = voxelise(positions, mesh.triangles, depth, shell->lattice.dilation(), options.progress,
-                                 [&](int level, std::uint64_t cells, std::uint64_t pairs) {
-                                     budget.check_level(level, cells, pairs);
-                                 });
-        shell->octree = make_octree(depth, voxels.cell);
-        budget.check(
-            {mesh.triangles.size(), groups_of(shell->octree), voxels.cell.size(), voxels.triangle.size()});
-        spent.octree = octree_time.seconds();
-
-        const Stopwatch distance_time;
-        auto distance = grid_distances(shell->octree, positions, mesh.triangles, options.progress);
-        if (sign == SignRule::winding)
-            shell->sides = apply_signs(shell->octree,
-                                       WindingLines(mesh, shell->lattice, voxels, options.progress), distance);
-        else
-            shell->sides = no_inside(shell->octree);
-        spent.distance = distance_time.seconds();
-
-        const Stopwatch field_time;
-        shell->field = options.solver == Solver::direct
-                           ? solve_direct(std::move(distance))
-                           : solve_lscg(shell->octree, solve_direct(std::move(distance)), lscg_tolerance,
-                                        options.progress, nullptr);
-        spent.field = field_time.seconds();
-
-        const Stopwatch extrema_time;
-        std::vector<std::uint64_t>().swap(voxels.cell);
-        Extremes extremes =
-            find_extremes(shell->lattice, shell->octree, shell->field, positions, mesh.triangles, voxels.offset,
-                          voxels.triangle, options.extrema, options.progress);
-        shell->surface.lower = std::move(extremes.cell_lower);
-        shell->surface.upper = std::move(extremes.cell_upper);
-        shell->surface.lists = pack_lists(shell->octree.levels[0], voxels.offset, voxels.triangle);
-        // A convex M may have f > 0 on all of it: the shell is the hull with 0.
-        shell->epsilon_inner = sign == SignRule::unsigned_rule ? 0.0 : std::min(extremes.lower, 0.0);
-        shell->epsilon_outer = std::max(extremes.upper, 0.0);
-        spent.extrema = extrema_time.seconds();
-
-        shell->info = describe(*shell, report);
-        shell->info.sign = sign;
-        shell->info.sign_reason = reason;
-        shell->info.extrema = options.extrema;
-        shell->info.solver = options.solver;
-        shell->info.rounding = shell->lattice.width * extremes.rounding;
-        shell->info.input_hash = input_hash(mesh, options);
-        spent.total = total.seconds();
-        if (times) *times = spent;
-        return ThinShell(std::move(shell));
+        Builder builder(mesh, options);
+        builder.find_cells();
+        builder.find_distances();
+        builder.find_field();
+        builder.find_bounds();
+        ThinShell shell = builder.finish();
+        if (times) {
+            *times = builder.times();
+            times->total = total.seconds();
+        }
+        return shell;
     });
 }
 

@@ -24,7 +24,9 @@ struct Job {
     const Mesh& mesh;  ///< the mesh to judge by; valid, and inside the root cube
     Evaluation value;  ///< thread-safe
     const VerifyOptions& options;
-    bool same_mesh = false;  ///< equal to the shell's own copy, so triangle numbers mean the same
+    bool same_mesh = false;  ///< the shell's own copy but for turned triangles: their numbers mean the same
+    const Mesh& directed;    ///< then that copy, as the directions that the signs are of; else `mesh`
+    Box bounds;              ///< of the mesh's triangles
 
     double width() const { return view.data().lattice.width; }
 };

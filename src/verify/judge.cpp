@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "base/parallel.h"
 #include "geometry/vec3.h"
@@ -84,6 +85,25 @@ void check_mesh(const ShellData& data, const Mesh& mesh) {
     }
 }
 
+Box bounds_of(const Mesh& mesh) {
+    const Vec3& first = mesh.vertices[mesh.triangles[0][0]];
+    Box box{first, first};
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            for (int axis = 0; axis < 3; ++axis) {
+                box.min[axis] = std::min(box.min[axis], mesh.vertices[v][axis]);
+                box.max[axis] = std::max(box.max[axis], mesh.vertices[v][axis]);
+            }
+    return box;
+}
+
+/// `auto` may have turned triangles around, by exchanging their second and third corners.
+bool equal_but_for_turns(std::span<const Triangle> a, std::span<const Triangle> b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Triangle& s, const Triangle& t) {
+        return s == t || s == Triangle{t[0], t[2], t[1]};
+    });
+}
+
 }  // namespace
 
 VerifyReport judge(const ShellData& data, const Evaluation& value, const Mesh& mesh,
@@ -93,8 +113,11 @@ VerifyReport judge(const ShellData& data, const Evaluation& value, const Mesh& m
         if (!check_structure(data, options, report)) return report;  // the rest would read outside the arrays
         check_mesh(data, mesh);
         const View view(data);
-        const bool same = mesh.vertices == data.mesh.vertices && mesh.triangles == data.mesh.triangles;
-        const Job job{view, mesh, value, options, same};
+        const bool same =
+            data.mesh.vertices == mesh.vertices && equal_but_for_turns(mesh.triangles, data.mesh.triangles);
+        Mesh directed = mesh;
+        if (same) directed.triangles.assign(data.mesh.triangles.begin(), data.mesh.triangles.end());
+        const Job job{view, mesh, value, options, same, directed, bounds_of(mesh)};
         check_samples(job, report);
         check_all_of_mesh(job, report);
         check_signs(job, report);

@@ -68,7 +68,8 @@ TEST(Usage, OptionsOutOfRange) {
         expect_refused(run({"build", mesh, "-o", out, "--depth", depth}), "--depth");
     for (const char* size : {"0", "-5M", "2X", "M", "2GG", "nan", "inf", "1e30", ""})
         expect_refused(run({"build", mesh, "-o", out, "--max-memory", size}), "--max-memory");
-    expect_refused(run({"build", mesh, "-o", out, "--sign", "odd"}), "winding, generalized, unsigned");
+    expect_refused(run({"build", mesh, "-o", out, "--sign", "odd"}),
+                   "winding, generalized, even-odd, unsigned");
     expect_refused(run({"build", mesh, "-o", out, "--extrema", "x"}), "certified, candidates");
     expect_refused(run({"build", mesh, "-o", out, "--solver", "x"}), "direct, lscg");
     expect_refused(run({"slice", out, "-o", shop.path("a.png"), "--axis", "w"}), "x, y, z");

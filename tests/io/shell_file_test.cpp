@@ -449,7 +449,7 @@ TEST(Validate, NamesTheBrokenInvariant) {
         {"description", [](auto& s) { s.info.surface_cells = 7; }},
         {"root cube", [](auto& s) { s.info.root.max.z = 5; }},
         {"rounding", [&](auto& s) { s.info.rounding = nan; }},
-        {"unknown", [](auto& s) { s.info.sign = static_cast<SignRule>(3); }},
+        {"unknown", [](auto& s) { s.info.sign = static_cast<SignRule>(99); }},
     };
     for (std::size_t i = 0; i < std::size(damages); ++i) {
         ShellData shell = two_levels();

@@ -49,7 +49,7 @@ TEST(Inspect, KnownShapes) {
     EXPECT_EQ(sheet.boundary_edges, 20u);
     EXPECT_EQ(sheet.unbalanced_edges, 20u);
     EXPECT_EQ(sheet.euler, 1);
-    EXPECT_THAT(sheet.sign_reason, HasSubstr("unsigned"));
+    EXPECT_EQ(sheet.sign, SignRule::unsigned_rule);
     EXPECT_THAT(inspect(zoo::reversed(zoo::tetrahedron())).sign_reason, HasSubstr("inside out"));
 }
 
@@ -98,7 +98,8 @@ TEST(Inspect, CountsDuplicatesAndWhatRunsTheSameWay) {
     EXPECT_EQ(report.duplicate, 1u);
     EXPECT_EQ(report.nonmanifold_edges, 3u);
     EXPECT_EQ(report.unbalanced_edges, 3u);
-    EXPECT_EQ(report.sign, SignRule::unsigned_rule);
+    EXPECT_EQ(report.odd_edges, 3u);
+    EXPECT_EQ(report.sign, SignRule::generalized);
     mesh.triangles.push_back(
         {mesh.triangles[0][0], mesh.triangles[0][2], mesh.triangles[0][1]});  // both ways: a cycle again
     report = inspect(mesh);
@@ -111,7 +112,8 @@ TEST(Inspect, CountsDuplicatesAndWhatRunsTheSameWay) {
     EXPECT_EQ(report.inconsistent_edges, 3u);
     EXPECT_FALSE(report.oriented);
     EXPECT_TRUE(report.closed);
-    EXPECT_EQ(report.sign, SignRule::unsigned_rule);
+    EXPECT_EQ(report.sign, SignRule::winding) << "repaired";
+    EXPECT_EQ(report.turned, 1u);
 }
 
 TEST(Inspect, ZeroAreaTrianglesNeitherOpenAMeshNorFailToCloseIt) {
@@ -141,7 +143,7 @@ TEST(Inspect, ZeroAreaTrianglesNeitherOpenAMeshNorFailToCloseIt) {
     ASSERT_TRUE(done);
     EXPECT_EQ(inspect(cut).sign, SignRule::winding);
     cut.triangles.pop_back();
-    EXPECT_EQ(inspect(cut).sign, SignRule::unsigned_rule);
+    EXPECT_EQ(inspect(cut).sign, SignRule::generalized);
 }
 
 TEST(Inspect, RefusesWhatIsNoMesh) {
@@ -155,6 +157,7 @@ TEST(Inspect, NamesOfSignRules) {
     EXPECT_EQ(name(SignRule::winding), "winding");
     EXPECT_EQ(name(SignRule::generalized), "generalized");
     EXPECT_EQ(name(SignRule::unsigned_rule), "unsigned");
+    EXPECT_EQ(name(SignRule::even_odd), "even-odd");
 }
 
 TEST(PointIndex, AgreesWithAnOrderedMap) {

@@ -15,16 +15,17 @@ namespace {
 std::atomic<long> allocations = 0;
 }
 
+// Never inlined: GCC would see free() take what some other operator new returned, and warn.
 // NOLINTBEGIN(misc-definitions-in-headers)
-void* operator new(std::size_t size) {
+[[gnu::noinline]] void* operator new(std::size_t size) {
     ++allocations;
     if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
     throw std::bad_alloc();
 }
-void operator delete(void* p) noexcept {
+[[gnu::noinline]] void operator delete(void* p) noexcept {
     std::free(p);
 }
-void operator delete(void* p, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept {
     std::free(p);
 }
 // NOLINTEND(misc-definitions-in-headers)

@@ -212,8 +212,8 @@ TEST(Surface, AnEmptyInnerOneSaysWhichDepthHasOne) {
         EXPECT_FALSE(inner.report.empty);
         EXPECT_TRUE(inner.report.certified);
     }
-    const Surface inverted =
-        extract_surface(build_at(zoo::reversed(zoo::sphere({0, 0, 0}, 1, 2)), 4), {.side = SurfaceSide::inner});
+    const ThinShell inside_out = build_at(zoo::reversed(zoo::sphere({0, 0, 0}, 1, 2)), 4, SignRule::winding);
+    const Surface inverted = extract_surface(inside_out, {.side = SurfaceSide::inner});
     EXPECT_TRUE(inverted.report.empty);
     EXPECT_EQ(inverted.report.depth_wanted, 0);
     EXPECT_THAT(inverted.report.reason, HasSubstr("inside out"));

@@ -1,0 +1,396 @@
+#include "mesh/filling.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "base/simd.h"
+#include "geometry/predicates.h"
+#include "geometry/vec3.h"
+#include "mesh/merged.h"
+
+namespace its {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double whole_sphere = 4 * std::numbers::pi;
+/// A patch is a dipole at less than the opening asked for, and at more than the least, where its error is
+/// smaller than this over the opening's square; measured, docs/design/signs.md.
+constexpr double least_opening = 0.25, small_error = 0x1p-8;
+/// Moments are sums of some tens of terms with relative errors of a few u: bounds are widened by far more.
+constexpr double outward = 1 + 0x1p-40, inward = 1 - 0x1p-40;
+
+/// Edges from one point to others: of −∂M, with multiplicity, by the point that they leave.
+struct Outgoing {
+    std::vector<std::uint64_t> begin;
+    std::vector<std::uint32_t> to;
+};
+
+Outgoing boundary_edges(const Merged& mesh) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for_edges(
+        mesh, [&](std::size_t i) { return !repeats_corner(mesh.triangles[i]); },
+        [&](std::uint32_t low, std::span<const EdgeUse> uses) {
+            std::int64_t excess = 0;
+            for (const EdgeUse& use : uses) excess += use.upwards ? 1 : -1;
+            for (; excess > 0; --excess) edges.emplace_back(uses[0].high, low);
+            for (; excess < 0; ++excess) edges.emplace_back(low, uses[0].high);
+        });
+    std::sort(edges.begin(), edges.end());
+    Outgoing out;
+    out.begin.resize(mesh.points.size() + 1);
+    for (const auto& edge : edges) ++out.begin[edge.first + std::size_t{1}];
+    std::partial_sum(out.begin.begin(), out.begin.end(), out.begin.begin());
+    for (const auto& edge : edges) out.to.push_back(edge.second);
+    return out;
+}
+
+/// fn(loop) for closed loops, without repeated points, that use each edge once. As many edges leave a point as
+/// arrive (∂∂M = 0), so a walk ends only where it began; what it encloses on the way is cut off.
+template <class F>
+void for_loops(const Outgoing& out, F&& fn) {
+    constexpr std::uint32_t none = ~std::uint32_t{0};
+    std::vector<std::uint64_t> next(out.begin.begin(), out.begin.end() - 1);
+    std::vector<std::uint32_t> place(next.size(), none);  // on the path
+    std::vector<std::uint32_t> path;
+    for (std::uint32_t start = 0; start < next.size(); ++start) {
+        while (next[start] < out.begin[start + std::size_t{1}]) {
+            path.assign(1, start);
+            place[start] = 0;
+            while (!path.empty()) {
+                if (next[path.back()] == out.begin[path.back() + std::size_t{1}]) break;  // back at the start
+                const std::uint32_t to = out.to[next[path.back()]++];
+                if (place[to] == none) {
+                    place[to] = std::uint32_t(path.size());
+                    path.push_back(to);
+                    continue;
+                }
+                const auto loop = std::span(path).subspan(place[to]);
+                fn(loop);
+                for (const std::uint32_t v : loop.subspan(1)) place[v] = none;
+                path.resize(place[to] + std::size_t{1});
+            }
+            place[start] = none;
+        }
+    }
+}
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const Vec3 d = b - a;
+    const double squared = dot(d, d);
+    const double t = squared > 0 ? std::clamp(dot(p - a, d) / squared, 0.0, 1.0) : 0.0;
+    return norm(p - a - t * d);
+}
+
+/// A boundary point seen from the origin: α = y + i·z and σ = |v| + x, without cancellation.
+struct Seen {
+    double y, z, sigma, size;  ///< size ≥ |α|
+
+    explicit Seen(const Vec3& v) : y(v.y), z(v.z) {
+        const double squared = y * y + z * z, length = std::sqrt(v.x * v.x + squared);
+        sigma = v.x >= 0 ? length + v.x : squared / (length - v.x);
+        // On the ray: the displaced origin has −ε_y as its largest component, and σ falls as the square of |α|.
+        if (squared == 0 && v.x < 0) y = -1;
+        size = std::abs(y) + std::abs(z);
+    }
+};
+
+/// Half of the spherical area between apex +x and the edge from a to b, as an angle: the argument of
+/// σ_a σ_b + conj(α_a) α_b. `side`: the exact sign of its imaginary part for the displaced origin.
+void add_half_lune(AngleSums<1>& sum, const Seen& a, const Seen& b, int side) {
+    if (side == 0) return;  // the projections coincide
+    const double sigmas = a.sigma * b.sigma;
+    const double im = std::abs(a.y * b.z - a.z * b.y);
+    // Relative errors: u in coordinates, 8u in σ, 3u in products: less than 32u of the sum of magnitudes.
+    sum.add(0, sigmas + a.y * b.y + a.z * b.z, side > 0 ? im : -im,
+            32 * unit_roundoff * (sigmas + a.size * b.size));
+}
+
+}  // namespace
+
+Filling::Filling(const Mesh& mesh) {
+    const Merged merged = merge(mesh);
+    std::vector<std::uint32_t> number(merged.points.size(), none);
+    std::vector<std::uint32_t> roots;
+    for_loops(boundary_edges(merged), [&](std::span<const std::uint32_t> loop) {
+        chain_begin_.push_back(chain_.size());
+        for (const std::uint32_t v : loop) {
+            if (number[v] == none) {
+                number[v] = std::uint32_t(surface_.vertices.size());
+                surface_.vertices.push_back(merged.points[v]);
+                for (int axis = 0; axis < 3; ++axis)
+                    reach_ = std::max(reach_, std::abs(merged.points[v][axis]));
+            }
+            chain_.push_back(number[v]);
+        }
+        chain_.push_back(number[loop[0]]);
+        edge_count_ += loop.size();
+        ++loop_count_;
+    });
+    chain_begin_.push_back(chain_.size());
+    for (std::size_t i = 0; i + 1 < chain_begin_.size(); ++i)
+        roots.push_back(
+            add_chain(std::span(chain_).subspan(chain_begin_[i], chain_begin_[i + 1] - chain_begin_[i])));
+    if (!roots.empty()) root_ = add_union(roots);
+}
+
+/// The patch between a chain and its chord: the triangle of its ends and its middle, and those of its halves.
+std::uint32_t Filling::add_chain(std::span<const std::uint32_t> chain) {
+    const std::uint32_t a = chain.front(), c = chain.back();
+    const Vec3 ends[] = {surface_.vertices[a], surface_.vertices[c]};
+    Node node;
+    node.chord = norm(ends[1] - ends[0]) * outward;
+    node.centre = 0.5 * ends[0] + 0.5 * ends[1];
+    node.ends = {a, c};
+    if (chain.size() == 2) return finish(node, ends);
+    const std::size_t middle = chain.size() / 2;
+    const std::uint32_t b = node.middle = chain[middle];
+    node.left = add_chain(chain.first(middle + 1));
+    node.right = add_chain(chain.subspan(middle));
+    const Vec3 corners[] = {ends[0], surface_.vertices[b], ends[1]};
+    if (a != c) surface_.triangles.push_back({a, b, c});
+    return finish(node, corners);
+}
+
+/// A balanced tree above the patches of loops, halved along the longest side of their centres' box.
+std::uint32_t Filling::add_union(std::span<const std::uint32_t> roots) {
+    if (roots.size() == 1) return roots[0];
+    Vec3 low = nodes_[roots[0]].centre, high = low;
+    for (const std::uint32_t r : roots)
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], nodes_[r].centre[axis]);
+            high[axis] = std::max(high[axis], nodes_[r].centre[axis]);
+        }
+    int axis = 0;
+    for (int other = 1; other < 3; ++other)
+        if (high[other] - low[other] > high[axis] - low[axis]) axis = other;
+    std::vector<std::uint32_t> sorted(roots.begin(), roots.end());
+    const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
+        const double x = nodes_[a].centre[axis], y = nodes_[b].centre[axis];
+        return x != y ? x < y : a < b;
+    });
+    Node node;
+    node.left = add_union(std::span(sorted).first(sorted.size() / 2));
+    node.right = add_union(std::span(sorted).subspan(sorted.size() / 2));
+    node.centre = 0.5 * nodes_[node.left].centre + 0.5 * nodes_[node.right].centre;
+    return finish(node, {});
+}
+
+/// Adds up the moments of the triangle, if there is one, and of the two parts.
+std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
+    std::array<Node, 3> parts;
+    int count = 0;
+    if (corners.size() == 3 && node.ends[0] != node.ends[1]) {
+        Node& t = parts[std::size_t(count++)];
+        t.centre = (1.0 / 3) * corners[0] + (1.0 / 3) * corners[1] + (1.0 / 3) * corners[2];
+        t.moment = 0.5 * cross(corners[1] - corners[0], corners[2] - corners[0]);
+        t.area = norm(t.moment);
+        for (const Vec3& v : corners) {
+            const Vec3 d = v - t.centre;
+            t.second += t.area / 12 * dot(d, d);
+            t.radius = std::max(t.radius, norm(d));
+        }
+    }
+    if (node.left != none) parts[std::size_t(count++)] = nodes_[node.left];
+    if (node.right != none) parts[std::size_t(count++)] = nodes_[node.right];
+
+    Vec3 centre;
+    for (int i = 0; i < count; ++i) node.area += parts[std::size_t(i)].area;
+    for (int i = 0; i < count; ++i)
+        centre = centre + (parts[std::size_t(i)].area / node.area) * parts[std::size_t(i)].centre;
+    if (node.area > 0) node.centre = centre;  // else the middle of the ends, as it came
+    for (int i = 0; i < count; ++i) {
+        const Node& part = parts[std::size_t(i)];
+        const Vec3 offset = part.centre - node.centre;
+        node.moment = node.moment + part.moment;
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) node.first[r][c] += part.first[r][c] + part.moment[r] * offset[c];
+        node.second += part.second + part.area * dot(offset, offset);
+        node.radius = std::max(node.radius, norm(offset) + part.radius);
+    }
+    for (const Vec3& v : corners) node.radius = std::max(node.radius, norm(v - node.centre));
+    double squared = 0;
+    for (const auto& row : node.first)
+        for (const double m : row) squared += m * m;
+    // A centroid is off by some u of the coordinates: 64u covers the few roundings of each of up to 64 levels'
+    // sums that reach it, each weighted by its area.
+    const double off = 64 * unit_roundoff * reach_;
+    node.moment_norm = norm(node.moment) * outward;
+    node.first_norm = std::sqrt(squared) * outward + off * node.area;
+    node.second = node.second * outward + off * node.radius * node.area;
+    node.radius = node.radius * outward + off;
+    nodes_.push_back(node);
+    return std::uint32_t(nodes_.size() - 1);
+}
+
+void Filling::localise(const Vec3& centre, double radius, double opening, Local& local) const {
+    local.centre_ = centre;
+    local.gradient_ = {};
+    local.radius_ = radius;
+    local.value_ = local.error_ = local.variation_ = 0;
+    local.clear_ = true;
+    local.vertices_.clear();
+    local.triangles_.clear();
+    if (root_ != none) collect(root_, none, none, opening, local);
+}
+
+/// With K(y) = y/|y|³, whose derivatives are bounded by 2/|y|³ and 6/|y|⁴, the patch's solid angle is
+/// ∫ n·K(x − p) dA = N·K(c − p) + (first moment, at most √6 |first| / D³) + (rest, at most ½ 6 second / d⁴),
+/// with D = |c − p| and d = D − radius at most the distance from p to the patch. Over the ball, N·K changes
+/// from its tangent by at most ½ 6 |N| R² / D⁴.
+Filling::Far Filling::far_errors(const Node& node, double length, double distance, double ball) {
+    const double near = 1 / distance, far = 1 / (length - ball);
+    const double near2 = near * near, far2 = far * far;
+    const double error = 2.5 * node.first_norm * (far2 * far) + 3 * (node.second * near2) * near2 +
+                         (3 * ball * ball * far2 + 64 * unit_roundoff) * (node.moment_norm * far2);
+    return {error * outward / whole_sphere, 2 * node.area * ball * (near2 * near) * outward / whole_sphere};
+}
+
+void Filling::add_far(const Node& node, double length, const Far& far, Local& local) const {
+    const Vec3 r = node.centre - local.centre_;
+    const double inverse = 1 / length;
+    const double cube = inverse * inverse * inverse / whole_sphere;
+    const double normal = dot(node.moment, r);
+    local.value_ += normal * cube;
+    local.gradient_ = local.gradient_ + (3 * normal * cube * inverse * inverse) * r - cube * node.moment;
+    local.error_ += far.error;
+    local.variation_ += far.variation;
+}
+
+/// \param first, last  the chord's ends among the near vertices; none: a loop, or several
+void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+                      Local& local) const {
+    const Node& node = nodes_[index];
+    const double length = norm(node.centre - local.centre_), gap = length - local.radius_ - node.radius;
+    const bool leaf = node.left == none;
+    bool far = leaf;
+    if (!leaf && gap > least_opening * node.radius) {
+        const Far errors = far_errors(node, length, gap, local.radius_);
+        // Loops that are small for their distance from each other are few dipoles long before that.
+        far = gap > opening * node.radius ||
+              (node.chord == 0 && (errors.error + errors.variation) * (opening * opening) < small_error);
+        if (far) add_far(node, length, errors, local);
+    }
+    if (far) {
+        // Biot and Savart: the gradient of the winding number of what is bounded by a curve is at most the
+        // curve's length / (4π d²), d its distance; for a straight one also 2 / (4π d). What is near ends at
+        // the edges and at the chords of what is far.
+        if (node.chord > 0) {
+            const double d = leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
+                                                        surface_.vertices[node.ends[1]]) *
+                                            inward -
+                                        local.radius_
+                                  : gap;
+            const double slope = std::min(node.chord / d, 2.0) / d;
+            local.variation_ += d > 0 ? slope * local.radius_ * outward / whole_sphere : infinity;
+        }
+        return;
+    }
+    if (node.middle == none) {  // of several loops
+        collect(node.left, none, none, opening, local);
+        collect(node.right, none, none, opening, local);
+        return;
+    }
+    const auto add_vertex = [&](std::uint32_t v) {
+        local.vertices_.push_back(surface_.vertices[v]);
+        return std::uint32_t(local.vertices_.size() - 1);
+    };
+    if (first == none) first = last = add_vertex(node.ends[0]);
+    const std::uint32_t middle = add_vertex(node.middle);
+    if (node.ends[0] != node.ends[1]) {
+        local.triangles_.push_back({first, middle, last});
+        if (comes_near(node, gap, local)) local.clear_ = false;
+    }
+    collect(node.left, first, middle, opening, local);
+    collect(node.right, middle, last, opening, local);
+}
+
+/// Whether the node's triangle may meet the ball: its plane does, and the sphere around the patch.
+bool Filling::comes_near(const Node& node, double gap, const Local& local) const {
+    const Vec3 &a = surface_.vertices[node.ends[0]], &b = surface_.vertices[node.middle],
+               &c = surface_.vertices[node.ends[1]];
+    const Vec3 n = cross(b - a, c - a);
+    const double slack = 64 * unit_roundoff * (norm(a - local.centre_) + node.radius);
+    return gap <= 0 && std::abs(dot(n, a - local.centre_)) <= (local.radius_ + slack) * norm(n);
+}
+
+ITS_CLONES void Filling::Local::see(const Vec3& vertex, const Points& points, Seen& seen) {
+    for (int i = 0; i < block; ++i) {
+        const double x = vertex.x - points.x[i], y = vertex.y - points.y[i], z = vertex.z - points.z[i];
+        seen.x[i] = x;
+        seen.y[i] = y;
+        seen.z[i] = z;
+        seen.length[i] = std::sqrt(x * x + y * y + z * z);
+    }
+}
+
+ITS_CLONES void Filling::Local::add(const Seen& a, const Seen& b, const Seen& c, AngleSums<block>& sums,
+                                    double* doubtful) {
+#pragma GCC ivdep
+    for (int i = 0; i < block; ++i)
+        doubtful[i] +=
+            add_half_solid_angle(sums, i, {a.x[i], a.y[i], a.z[i], a.length[i]},
+                                 {b.x[i], b.y[i], b.z[i], b.length[i]}, {c.x[i], c.y[i], c.z[i], c.length[i]});
+}
+
+void Filling::Local::at(const Points& points, Estimates& out) {
+    if (seen_.size() < vertices_.size()) seen_.resize(2 * vertices_.size());
+    for (std::size_t i = 0; i < vertices_.size(); ++i) see(vertices_[i], points, seen_[i]);
+    AngleSums<block> sums;
+    double doubtful[block] = {};
+    for (const Triangle& t : triangles_) add(seen_[t[0]], seen_[t[1]], seen_[t[2]], sums, doubtful);
+    const double rounding = 8 * unit_roundoff * (std::abs(value_) + norm(gradient_) * radius_);
+    for (int i = 0; i < block; ++i) {
+        const Vec3 offset = Vec3{points.x[i], points.y[i], points.z[i]} - centre_;
+        out.value[i] = value_ + dot(gradient_, offset) + sums.sum(i) / (2 * std::numbers::pi);
+        out.error[i] =
+            error_ + rounding + doubtful[i] + sums.error(i, double(triangles_.size())) / (2 * std::numbers::pi);
+    }
+}
+
+WindingEstimate Filling::Local::at(const Vec3& point) const {
+    const auto sight = [&](std::uint32_t v) {
+        const Vec3 d = vertices_[v] - point;
+        return Sight{d.x, d.y, d.z, norm(d)};
+    };
+    AngleSums<1> sum;
+    double doubtful = 0;
+    for (const Triangle& t : triangles_)
+        doubtful += add_half_solid_angle(sum, 0, sight(t[0]), sight(t[1]), sight(t[2]));
+    const double rounding = 8 * unit_roundoff * (std::abs(value_) + norm(gradient_) * radius_);
+    return {value_ + dot(gradient_, point - centre_) + sum.sum(0) / (2 * std::numbers::pi),
+            error_ + rounding + doubtful + sum.error(0, double(triangles_.size())) / (2 * std::numbers::pi)};
+}
+
+WindingEstimate Filling::boundary_term(const Vec3& p) const {
+    AngleSums<1> sum;
+    for (std::size_t loop = 0; loop + 1 < chain_begin_.size(); ++loop) {
+        const Vec3* a = &surface_.vertices[chain_[chain_begin_[loop]]];
+        Seen from(*a - p);
+        for (std::uint64_t i = chain_begin_[loop] + 1; i < chain_begin_[loop + 1]; ++i) {
+            const Vec3* b = &surface_.vertices[chain_[i]];
+            const Seen to(*b - p);
+            add_half_lune(sum, from, to, perturbed_orient2d_yz(*a, *b, p));
+            a = b;
+            from = to;
+        }
+    }
+    // The loops run along −∂M.
+    return {-sum.sum(0) / (2 * std::numbers::pi), sum.error(0, double(edge_count_)) / (2 * std::numbers::pi)};
+}
+
+int Filling::crossings(const Vec3& p) const {
+    const Vec3 from{-2 * reach_ - std::abs(p.x), p.y, p.z};
+    int sum = 0;
+    for (const Triangle& t : surface_.triangles)
+        sum += x_line_crossing(surface_.vertices[t[0]], surface_.vertices[t[1]], surface_.vertices[t[2]], from,
+                               p.x);
+    return sum;
+}
+
+}  // namespace its

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/solid_angle.h"
+#include "its/mesh.h"
+
+/// A surface F that closes a mesh with boundary, and its winding number.
+///
+/// Edges whose uses by the triangles of M do not cancel, each as often as its excess, form closed loops. F
+/// fills each loop by halving it again and again, so that ∂F = −∂M and M + F is a cycle: the winding number of
+/// M is that of M + F, a whole number, less that of F. Neither depends on which surface F is. See
+/// docs/design/signs.md.
+namespace its {
+
+/// A winding number and a bound on its error.
+struct WindingEstimate {
+    double value = 0, error = 0;
+};
+
+class Filling {
+public:
+    /// \throws InputError on what inspect() refuses.
+    explicit Filling(const Mesh& mesh);
+
+    bool empty() const { return nodes_.empty(); }
+    std::uint64_t edges() const { return edge_count_; }  ///< of the boundary, with multiplicity
+    std::uint64_t loops() const { return loop_count_; }
+
+    /// F. Its triangles have the direction that continues M's, and corners at M's vertices.
+    const Mesh& surface() const { return surface_; }
+
+    /// The winding number of F near a ball, ready for many of its points. Patches of F that are far from it
+    /// count as dipoles, expanded about the centre; the triangles of the others one by one.
+    class Local {
+    public:
+        static constexpr int block = 28;  ///< points taken at once: a cube's 27
+
+        struct Points {
+            double x[block], y[block], z[block];
+        };
+        struct Estimates {
+            double value[block], error[block];
+        };
+
+        /// At points of the ball. The error is infinite, or nearly, where a point is in F but for rounding.
+        void at(const Points& points, Estimates& out);
+        WindingEstimate at(const Vec3& point) const;
+
+        /// |w(q) − w(centre)| for all points q of the ball, but for whole numbers where the way crosses F.
+        double variation() const { return variation_; }
+        /// Whether F stays away from the ball, so that variation() holds without exception.
+        bool clear() const { return clear_; }
+
+    private:
+        friend class Filling;
+        Vec3 centre_, gradient_;
+        double radius_ = 0, value_ = 0, error_ = 0, variation_ = 0;
+        bool clear_ = true;
+        struct Seen {
+            double x[block], y[block], z[block], length[block];
+        };
+        static void see(const Vec3& vertex, const Points& points, Seen& seen);
+        static void add(const Seen& a, const Seen& b, const Seen& c, AngleSums<block>& sums, double* doubtful);
+
+        std::vector<Vec3> vertices_;       ///< of the near triangles
+        std::vector<Triangle> triangles_;  ///< near ones, by number among the vertices
+        std::vector<Seen> seen_;
+    };
+
+    /// \param opening  patches farther from the ball than this many of their radii are dipoles; > 0
+    /// \param local  receives the result; its memory is used again
+    void localise(const Vec3& centre, double radius, double opening, Local& local) const;
+
+    /// The boundary term of the antipodal method: the winding number of M at p is the signed crossings of M by
+    /// the ray from p in direction −x (geometry/predicates.h), plus this. Like those, it is that of the
+    /// displaced point. Time proportional to edges().
+    WindingEstimate boundary_term(const Vec3& p) const;
+
+    /// Signed crossings of F by the ray from p, displaced, in direction −x: exact.
+    int crossings(const Vec3& p) const;
+
+private:
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+
+    /// A part of F with its moments about its centroid; the patch of a chain of edges (with a chord from the
+    /// last point back to the first), of a loop, or of several loops.
+    struct Node {
+        Vec3 centre;
+        double radius = 0;  ///< of a sphere about the centre that holds it
+        Vec3 moment;        ///< ∫ n dA
+        double moment_norm = 0;
+        double area = 0;                                   ///< ∫ dA
+        double first[3][3] = {};                           ///< ∫ n (x − centre)ᵀ dA
+        double first_norm = 0;                             ///< bound on its Frobenius norm
+        double second = 0;                                 ///< bound on ∫ |x − centre|² dA
+        double chord = 0;                                  ///< its length; 0: none
+        std::array<std::uint32_t, 2> ends = {none, none};  ///< of the chain; equal for a loop
+        std::uint32_t middle = none;  ///< of the chain: the triangle is (ends[0], middle, ends[1])
+        std::uint32_t left = none, right = none;
+    };
+    std::uint32_t add_chain(std::span<const std::uint32_t> chain);
+    std::uint32_t add_union(std::span<const std::uint32_t> roots);
+    std::uint32_t finish(Node node, std::span<const Vec3> corners);
+    void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+                 Local& local) const;
+    bool comes_near(const Node& node, double gap, const Local& local) const;
+    /// What a dipole may be off by over a ball, and how much it may change in it.
+    struct Far {
+        double error, variation;
+    };
+    static Far far_errors(const Node& node, double length, double distance, double ball);
+    void add_far(const Node& node, double length, const Far& far, Local& local) const;
+
+    Mesh surface_;
+    std::vector<Node> nodes_;
+    std::vector<std::uint32_t> chain_;  ///< the loops' points one after another, each loop's first one repeated
+    std::vector<std::uint64_t> chain_begin_;
+    double reach_ = 0;  ///< the largest coordinate
+    std::uint32_t root_ = none;
+    std::uint64_t edge_count_ = 0, loop_count_ = 0;
+};
+
+}  // namespace its
