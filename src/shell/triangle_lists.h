@@ -9,7 +9,7 @@
 #include "base/array.h"
 #include "octree/octree.h"
 
-/// Which triangles meet each surface cell, in about one and a half bytes a triangle.
+/// Which triangles meet each surface cell, in one to three bytes a triangle.
 namespace its {
 
 /// The triangles of one cell, ascending: a range to iterate over. It never leaves its bytes and never gives a
