@@ -18,8 +18,10 @@ class TriangleList {
 public:
     class Iterator {
     public:
+        // NOLINTBEGIN(readability-identifier-naming): names of the standard
         using value_type = std::uint32_t;
         using difference_type = std::ptrdiff_t;
+        // NOLINTEND(readability-identifier-naming)
 
         Iterator() = default;
         Iterator(std::span<const std::uint8_t> bytes, std::uint64_t limit)
