@@ -16,9 +16,11 @@ namespace its {
 template <class T>
 class Array {
 public:
+    // NOLINTBEGIN(readability-identifier-naming): names of the standard
     using value_type = T;
     using const_iterator = const T*;
     using iterator = const_iterator;
+    // NOLINTEND(readability-identifier-naming)
 
     Array() = default;
     Array(std::vector<T>&& elements) {

@@ -9,7 +9,7 @@
 #include "base/array.h"
 #include "octree/octree.h"
 
-/// Which triangles meet each surface cell, in about one and a half bytes a triangle.
+/// Which triangles meet each surface cell, in one to three bytes a triangle.
 namespace its {
 
 /// The triangles of one cell, ascending: a range to iterate over. It never leaves its bytes and never gives a
@@ -18,8 +18,10 @@ class TriangleList {
 public:
     class Iterator {
     public:
+        // NOLINTBEGIN(readability-identifier-naming): names of the standard
         using value_type = std::uint32_t;
         using difference_type = std::ptrdiff_t;
+        // NOLINTEND(readability-identifier-naming)
 
         Iterator() = default;
         Iterator(std::span<const std::uint8_t> bytes, std::uint64_t limit)
