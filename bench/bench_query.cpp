@@ -1,5 +1,5 @@
-// Inside or outside, and f, for uniform points in boxes of 1× to 10× the bounding box, with peers beside ours in
-// the same run. Usage:
+// Inside or outside, and f, for uniform points in boxes of 1× to 10× the bounding box, with peers beside ours
+// in the same run. Usage:
 //   bench_query MESH [--depths=6,7,8,9] [--boxes=1,10] [--threads=1,2] [--peers=0] [Google Benchmark's options]
 // bench/query_table.py prints the results as tables.
 
@@ -16,6 +16,7 @@
 #include <random>
 #include <sstream>
 
+#include "geometry/predicates.h"
 #include "its/distance.h"
 #include "its/query.h"
 #include "its/shell.h"
@@ -126,44 +127,79 @@ double agreement(const std::vector<std::int8_t>& codes, const PointSet& set) {
 using Classify = std::function<void(const PointSet&, std::vector<std::int8_t>&)>;
 
 void add(const std::string& name, const PointSet& set, Classify classify) {
-    benchmark::RegisterBenchmark((name + "/" + set.name).c_str(), [&set, classify](benchmark::State& state) {
-        std::vector<std::int8_t> codes(set.points.size());
-        for (auto _ : state) classify(set, codes);
-        state.counters["agree"] = agreement(codes, set);
-    })->UseRealTime()->Unit(benchmark::kNanosecond);
+    benchmark::RegisterBenchmark((name + "/" + set.name).c_str(),
+                                 [&set, classify](benchmark::State& state) {
+                                     std::vector<std::int8_t> codes(set.points.size());
+                                     for (auto _ : state) classify(set, codes);
+                                     state.counters["agree"] = agreement(codes, set);
+                                 })
+        ->UseRealTime()
+        ->Unit(benchmark::kNanosecond);
 }
 
 /// Cells that meet M, points whose decision needed triangles by local bounds, by the walk, by global bounds.
 void add_statistics(const std::string& name, const PointSet& set, const Query& query) {
-    benchmark::RegisterBenchmark((name + "/" + set.name).c_str(), [&set, &query](benchmark::State& state) {
-        const QueryIndex& index = query.index();
-        const ShellData& shell = query.shell().data();
-        double hit = 0, local = 0, walk = 0, global = 0;
-        for (auto _ : state)
-            for (const Vec3& p : set.points) {
-                const Vec3 u = index.to_lattice(p);
-                if (!index.in_root(u)) continue;
-                const Cell finest = finest_cell(u);
-                const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest);
-                if (!at.marked) continue;
-                const SurfacePoint point{at.group, at.child, finest, local_in(u, finest)};
-                double value[8];
-                const double f = surface_value(index, point, value);
-                const Decision how = how_decided(index, point);
-                hit += 1;
-                walk += how == Decision::walk;
-                local += how == Decision::local;
-                global += f >= shell.epsilon_inner && f <= shell.epsilon_outer;
-            }
-        const double count = double(set.points.size()) * double(state.iterations());
-        state.counters["hit"] = hit / count;
-        state.counters["walk"] = walk / count;
-        state.counters["local"] = local / count;
-        state.counters["global"] = global / count;
-    })->Iterations(1);
+    benchmark::RegisterBenchmark(
+        (name + "/" + set.name).c_str(),
+        [&set, &query](benchmark::State& state) {
+            const QueryIndex& index = query.index();
+            const ShellData& shell = query.shell().data();
+            double hit = 0, local = 0, walk = 0, global = 0;
+            for (auto _ : state)
+                for (const Vec3& p : set.points) {
+                    const Vec3 u = index.to_lattice(p);
+                    if (!index.in_root(u)) continue;
+                    const Cell finest = finest_cell(u);
+                    const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest);
+                    if (!at.marked) continue;
+                    const SurfacePoint point{at.group, at.child, finest, local_in(u, finest)};
+                    double value[8];
+                    const double f = surface_value(index, point, value);
+                    const Decision how = how_decided(index, point);
+                    hit += 1;
+                    walk += how == Decision::walk;
+                    local += how == Decision::local;
+                    global += f >= shell.epsilon_inner && f <= shell.epsilon_outer;
+                }
+            const double count = double(set.points.size()) * double(state.iterations());
+            state.counters["hit"] = hit / count;
+            state.counters["walk"] = walk / count;
+            state.counters["local"] = local / count;
+            state.counters["global"] = global / count;
+        })
+        ->Iterations(1)
+        ->Repetitions(1);
 }
 
-void add_query(const Query& query, const PointSet& set, int depth, const std::vector<int>& threads) {
+void add_index(const Query& query, int depth) {
+    benchmark::RegisterBenchmark(fmt::format("its_index/{}/1/-", depth).c_str(), [&query](
+                                                                                     benchmark::State& state) {
+        for (auto _ : state) benchmark::DoNotOptimize(Query(query.shell()));
+        state.counters["bytes"] = double(query.memory_bytes());
+        state.counters["shell_bytes"] = double(query.shell().info().memory_bytes);
+    })->UseRealTime();
+}
+
+/// The paper's way to an answer for all points: those on the shell go to the nearest triangle, and get the side
+/// of its plane that they are on (wrong where the nearest point is on an edge).
+void add_fallback(const std::string& name, const PointSet& set, const Query& query,
+                  const ClosestPoints& closest) {
+    add(name, set, [&](const PointSet& s, std::vector<std::int8_t>& out) {
+        BatchOptions options;
+        options.threads = 1;
+        query.classify_shell(s.points, out, options);
+        const auto& mesh = query.shell().data().mesh;
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            if (out[i] != 0) continue;
+            const Triangle& t = mesh.triangles[closest.find(s.points[i]).triangle];
+            out[i] = std::int8_t(
+                orient3d(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], s.points[i]));
+        }
+    });
+}
+
+void add_query(const Query& query, const PointSet& set, int depth, const std::vector<int>& threads,
+               const ClosestPoints& closest) {
     const auto label = [&](const char* what, int n) { return fmt::format("{}/{}/{}", what, depth, n); };
     add(label("its_single", 1), set, [&query](const PointSet& s, std::vector<std::int8_t>& out) {
         for (std::size_t i = 0; i < s.points.size(); ++i) out[i] = std::int8_t(query.classify(s.points[i]));
@@ -190,6 +226,7 @@ void add_query(const Query& query, const PointSet& set, int depth, const std::ve
                                      })
             ->UseRealTime();
     }
+    add_fallback(label("its_fallback", 1), set, query, closest);
     add_statistics(label("its_statistics", 1), set, query);
 }
 
@@ -207,10 +244,14 @@ int run(int argc, char** argv) {
     }
     const ShellInfo& info = queries.back()->shell().info();
 
+    const ClosestPoints closest(mesh);
+
     std::vector<std::unique_ptr<PointSet>> sets;
     for (const int factor : options.boxes)
-        sets.push_back(std::make_unique<PointSet>(PointSet{fmt::format("{}x", factor), box_points(bounds, factor), {}}));
-    sets.push_back(std::make_unique<PointSet>(PointSet{"1x_sorted", sorted(box_points(bounds, 1), info.root), {}}));
+        sets.push_back(
+            std::make_unique<PointSet>(PointSet{fmt::format("{}x", factor), box_points(bounds, factor), {}}));
+    sets.push_back(
+        std::make_unique<PointSet>(PointSet{"1x_sorted", sorted(box_points(bounds, 1), info.root), {}}));
     sets.push_back(std::make_unique<PointSet>(PointSet{"near", near_points(mesh, 1e-3 * info.cell_width), {}}));
 
 #ifdef ITS_BENCH_PEERS
@@ -237,8 +278,10 @@ int run(int argc, char** argv) {
         }
     }
 #endif
-    for (std::size_t i = 0; i < queries.size(); ++i)
-        for (const auto& set : sets) add_query(*queries[i], *set, options.depths[i], options.threads);
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+        add_index(*queries[i], options.depths[i]);
+        for (const auto& set : sets) add_query(*queries[i], *set, options.depths[i], options.threads, closest);
+    }
     benchmark::RunSpecifiedBenchmarks();
     return 0;
 }

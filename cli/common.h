@@ -26,6 +26,7 @@ Run add_build(CLI::App& app);
 Run add_check(CLI::App& app);
 Run add_info(CLI::App& app);
 Run add_slice(CLI::App& app);
+Run add_surface(CLI::App& app);
 Run add_verify(CLI::App& app);
 
 /// Options that every command has.

@@ -30,6 +30,7 @@ constexpr Command commands[] = {
     {"check", "Report the defects of a mesh, and which sign rule would be chosen", add_check},
     {"verify", "Check the promises of a shell against its mesh, independently of the builder", add_verify},
     {"slice", "Draw a shell's function on a plane", add_slice},
+    {"surface", "Write the surfaces that wrap the mesh inside and outside, or any level set", add_surface},
 };
 
 std::string command_names() {

@@ -34,7 +34,8 @@ struct QueryIndex;  // private to the library
 
 /// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
 /// milliseconds whatever the size of the shell. All members may be called from any number of threads; those
-/// for one point allocate nothing.
+/// for one point allocate nothing (but where a coordinate that is not 0 is below 1e-90 in magnitude: exact
+/// predicates then may).
 class Query {
 public:
     explicit Query(ThinShell shell);
@@ -43,7 +44,8 @@ public:
 
     /// The exact side, by the shell's sign rule: decided as if by exact arithmetic, without tolerance. Under
     /// SignRule::winding: on_surface iff the point lies on a triangle, else inside iff its winding number is at
-    /// least 1. Under SignRule::unsigned_rule there is no inside: on_surface or outside.
+    /// least 1. Under SignRule::unsigned_rule there is no inside: on_surface or outside. Under
+    /// SignRule::generalized, whose winding numbers are no integers: on_surface exactly, else by the sign of f.
     /// \throws InputError if a coordinate is NaN or infinite
     Side classify(const Vec3& point) const;
 
@@ -60,7 +62,7 @@ public:
 
     /// Encloses the signed distance to M: its magnitude by |D(g)| − |p − g| and |D(g)| + |p − g| over the grid
     /// points g around p, whose distances D(g) are exact up to a proven rounding, its sign by classify().
-    /// Rounding is included. At most about twice the diagonal of the leaf cell wide.
+    /// Rounding is included. In the root cube no wider than the diagonal of the leaf cell.
     /// \throws InputError if a coordinate is NaN or infinite; OptionError if the shell was built with
     ///         Solver::lscg, whose values are not exact distances
     Interval signed_distance_bound(const Vec3& point) const;

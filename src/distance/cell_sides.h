@@ -14,7 +14,8 @@ namespace its {
 struct CellSides {
     /// inside[k][group]: bit c: child c. All 0 where the rule has no inside.
     std::vector<Array<std::uint8_t>> inside;
-    /// The winding number of each surface cell; empty where all are 0 or 1: then the bits say it.
+    /// The winding number of each surface cell; empty where those of all grid points of level 0 are 0 or 1:
+    /// then the bits say it.
     Array<std::int32_t> winding;
 };
 

@@ -103,23 +103,25 @@ CellSides apply_signs(const Octree& octree, const WindingLines& lines,
             const Cell at = morton_decode(octree.levels[level].parent[group]);
             double* const d = &distance[level][group_points * group];
             std::int32_t corner[8];  // of the children's lowest corners
+            bool only_bits_here = true;
             for (int row = 0; row < 9; ++row) {
                 std::int32_t winding[3];
                 lines.winding(2 * step * at[0], 2 * step * at[1] + step * (row % 3),
                               2 * step * at[2] + step * (row / 3), step, winding);
-                for (int i = 0; i < 3; ++i)
+                for (int i = 0; i < 3; ++i) {
                     if (winding[i] >= 1) d[3 * row + i] = 0.0 - d[3 * row + i];  // +0 stays +0
+                    only_bits_here &= winding[i] >= 0 && winding[i] <= 1;
+                }
                 if (row % 3 < 2 && row / 3 < 2) std::copy_n(winding, 2, corner + 2 * (row % 3) + 4 * (row / 3));
             }
             for (int c = 0; c < 8; ++c)
                 if (corner[c] >= 1) inside[group] |= std::uint8_t(1u << c);
             if (level > 0) return;
+            if (!only_bits_here) only_bits.store(false, std::memory_order_relaxed);
             const Level& finest = octree.levels[0];
             std::uint64_t cell = finest.first[group];
             for (unsigned left = finest.mask[group]; left != 0; left &= left - 1) {
-                const std::int32_t w = corner[std::countr_zero(left)];
-                cell_winding[cell++] = w;
-                if (w < 0 || w > 1) only_bits.store(false, std::memory_order_relaxed);
+                cell_winding[cell++] = corner[std::countr_zero(left)];
             }
         });
         sides.inside.emplace_back(std::move(inside));

@@ -36,7 +36,7 @@ struct Survivors {
     std::uint64_t group[block_points];
 };
 
-Cell cell_of(const Block& block, std::uint32_t i) {
+ITS_INLINE Cell cell_of(const Block& block, std::uint32_t i) {
     return finest_cell({block.x[i], block.y[i], block.z[i]});
 }
 
@@ -80,7 +80,8 @@ void keep_subdivided(const Block& block, int count, Survivors& left) {
 }
 
 /// One level down: the codes are right for points in leaves of this level, the others stay.
-void descend_level(const LevelView& view, int level, const Block& block, std::int8_t* out, Survivors& left) {
+ITS_CLONES void descend_level(const LevelView& view, int level, const Block& block, std::int8_t* out,
+                              Survivors& left) {
     int n = 0;
     for (int k = 0; k < left.count; ++k) {
         const std::uint32_t i = left.point[k];
@@ -98,7 +99,7 @@ void descend_level(const LevelView& view, int level, const Block& block, std::in
 void decide_survivors(const QueryIndex& index, const Vec3* points, const Block& block, const Survivors& left,
                       std::int8_t* out) {
     const ShellInfo& info = index.shell.info;
-    const bool by_sign = info.sign == SignRule::winding && info.solver == Solver::direct;
+    const bool by_sign = info.sign != SignRule::unsigned_rule && info.solver == Solver::direct;
     for (int k = 0; k < left.count; ++k) {
         const std::uint32_t i = left.point[k];
         const Cell finest = cell_of(block, i);
@@ -130,7 +131,8 @@ void classify_block(const QueryIndex& index, const Vec3* points, int count, std:
 struct ValueBlock {
     double x[block_points], y[block_points], z[block_points];  ///< in the grid's cell, [0, 1]
     double away[block_points];                                 ///< distance from the root; NaN for a bad point
-    std::int32_t corner[block_points];                         ///< lowest corner among the grid's values
+    std::uint8_t octant[block_points];
+    std::int32_t corner[block_points];  ///< lowest corner among the grid's values
     std::uint32_t entry[block_points];
 };
 
@@ -151,12 +153,13 @@ ITS_CLONES void map_values(const QueryIndex& index, const Vec3* points, int coun
         block.x[i] = scale * ix - cx;
         block.y[i] = scale * iy - cy;
         block.z[i] = scale * iz - cz;
+        block.octant[i] = std::uint8_t((block.x[i] >= 0.5) + 2 * (block.y[i] >= 0.5) + 4 * (block.z[i] >= 0.5));
         block.corner[i] = (cz * (side + 1) + cy) * (side + 1) + cx;
         block.entry[i] = std::uint32_t((cz * side + cy) * side + cx);
     }
 }
 
-/// f on the grid's cells; not yet right where there is a group or a halo.
+/// f on the grid's cells; not yet right where finer levels reach.
 ITS_CLONES void grid_values(const double* __restrict values, double width, int side, int count,
                             const ValueBlock& block, double* __restrict out) {
     const int row = side + 1, slice = row * row;
@@ -170,12 +173,13 @@ ITS_CLONES void grid_values(const double* __restrict values, double width, int s
     }
 }
 
-/// The numbers of the points at groups and halos; returns how many.
+/// The numbers of the points that finer levels reach; returns how many.
 int finer_points(const std::uint32_t* top, int count, const ValueBlock& block, std::uint32_t* list) {
     int n = 0;
     for (int i = 0; i < count; ++i) {
         list[n] = std::uint32_t(i);
-        n += (top[block.entry[i]] & ~QueryIndex::inside) != 0;
+        const std::uint32_t entry = top[block.entry[i]];
+        n += int(entry >> 31 | (entry >> block.octant[i] & 1));
     }
     return n;
 }
@@ -187,6 +191,21 @@ void value_block(const QueryIndex& index, const Vec3* points, int count, double*
     grid_values(index.values.data(), index.width, int(index.side), count, block, out);
     const int finer = finer_points(index.top.data(), count, block, list);
     for (int k = 0; k < finer; ++k) out[list[k]] = field_value(index, points[list[k]]);
+}
+
+/// Under rules whose sides are not constant off M.
+void sign_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
+    double f[block_points];
+    value_block(index, points, count, f);
+    for (int i = 0; i < count; ++i)
+        out[i] = std::isnan(f[i]) ? not_finite : std::int8_t(side_by_sign_of_field(index, points[i], f[i]));
+}
+
+void sides_of_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
+    if (constant_off_surface(index.shell.info.sign))
+        classify_block(index, points, count, out);
+    else
+        sign_block(index, points, count, out);
 }
 
 void check_sizes(std::size_t points, std::size_t out) {
@@ -218,7 +237,7 @@ void Query::classify(std::span<const Vec3> points, std::span<std::int8_t> out,
                      const BatchOptions& options) const {
     check_sizes(points.size(), out.size());
     for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
-        classify_block(*index_, points.data() + begin, count, out.data() + begin);
+        sides_of_block(*index_, points.data() + begin, count, out.data() + begin);
     });
 }
 
@@ -256,7 +275,7 @@ void Query::signed_distance_bound(std::span<const Vec3> points, std::span<Interv
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
         std::int8_t code[block_points];
-        classify_block(*index_, points.data() + begin, count, code);
+        sides_of_block(*index_, points.data() + begin, count, code);
         for (int i = 0; i < count; ++i) {
             const Vec3& p = points[begin + std::uint64_t(i)];
             out[begin + std::uint64_t(i)] =

@@ -42,26 +42,71 @@ bool is_inside(SignRule rule, std::int64_t winding) {
     return rule != SignRule::unsigned_rule && winding >= 1;
 }
 
-/// Signed crossings of the segment from the point to the cell's displaced lowest corner: all triangles that it
-/// can meet are in the cell's list.
+/// Where the segment from a point ends: a corner of its cell, displaced, and its winding number.
+struct Goal {
+    Vec3 corner;
+    std::int64_t winding;
+};
+
+/// The lowest corner, whose winding number is stored. Where all numbers are 0 or 1 the nearest one, which fewer
+/// triangles part from the point, if the sign of its distance tells the number.
+Goal choose_goal(const QueryIndex& index, const SurfacePoint& at, std::uint64_t cell) {
+    const ShellData& shell = index.shell;
+    std::array<std::int64_t, 3> corner = {at.finest[0], at.finest[1], at.finest[2]};
+    if (!shell.sides.winding.empty()) return {shell.lattice.position(corner), shell.sides.winding[cell]};
+    std::int64_t winding = index.levels[0].inside[at.group] >> at.child & 1;
+    const unsigned nearest =
+        unsigned(at.local.x > 0.5) | unsigned(at.local.y > 0.5) << 1 | unsigned(at.local.z > 0.5) << 2;
+    double value[8];
+    corner_values(index.levels[0], at.group, at.child, value);
+    if (shell.info.sign != SignRule::unsigned_rule && shell.info.solver == Solver::direct &&
+        value[nearest] != 0) {
+        winding = value[nearest] < 0 ? 1 : 0;
+        for (unsigned axis = 0; axis < 3; ++axis) corner[axis] += nearest >> axis & 1;
+    }
+    return {shell.lattice.position(corner), winding};
+}
+
+/// Signed crossings of the segment from the point to a displaced corner of the cell: all triangles that it can
+/// meet are in the cell's list.
 Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoint& at, std::uint64_t cell) {
     const ShellData& shell = index.shell;
-    const Vec3 corner = shell.lattice.position({at.finest[0], at.finest[1], at.finest[2]});
-    std::int64_t winding = shell.sides.winding.empty() ? index.levels[0].inside[at.group] >> at.child & 1
-                                                       : shell.sides.winding[cell];
+    const Goal goal = choose_goal(index, at, cell);
+    std::int64_t winding = goal.winding;
     for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
         const Triangle& t = shell.mesh.triangles[number];
         const Vec3 &a = shell.mesh.vertices[t[0]], &b = shell.mesh.vertices[t[1]],
                    &c = shell.mesh.vertices[t[2]];
-        if (!boxes_meet(a, b, c, p, corner)) continue;
+        if (!boxes_meet(a, b, c, p, goal.corner)) continue;
         const int side = orient3d(a, b, c, p);
         if (side == 0 && triangle_holds(a, b, c, p)) return Side::on_surface;
-        winding -= displaced_crossing(a, b, c, p, side, corner);
+        winding -= displaced_crossing(a, b, c, p, side, goal.corner);
     }
     return is_inside(shell.info.sign, winding) ? Side::inside : Side::outside;
 }
 
+/// Whether a triangle holds the point, exactly.
+bool on_surface(const QueryIndex& index, const Vec3& p) {
+    const Vec3 u = index.to_lattice(p);
+    if (!index.in_root(u)) return false;
+    const ShellData& shell = index.shell;
+    const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest_cell(u));
+    if (!at.marked) return false;
+    for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
+        const Triangle& t = shell.mesh.triangles[number];
+        if (triangle_holds(shell.mesh.vertices[t[0]], shell.mesh.vertices[t[1]], shell.mesh.vertices[t[2]], p))
+            return true;
+    }
+    return false;
+}
+
 }  // namespace
+
+Side side_by_sign_of_field(const QueryIndex& index, const Vec3& point, double f) {
+    const ShellInfo& info = index.shell.info;  // f is in [ε₁, ε₂] on M
+    if (f >= info.epsilon_inner && f <= info.epsilon_outer && on_surface(index, point)) return Side::on_surface;
+    return f < 0 ? Side::inside : Side::outside;
+}
 
 Side decide(const QueryIndex& index, const Vec3& point, const SurfacePoint& at) {
     const std::uint64_t cell = rank(index.levels[0], at.group, at.child);

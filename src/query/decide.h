@@ -34,6 +34,15 @@ ITS_INLINE int side_by_bounds(double f, float lower, float upper) {
     return int(f > high + walk_margin) - int(f < low - walk_margin);
 }
 
+/// Whether the side is constant where M is not, as a function of the winding number is: all that is below needs
+/// it.
+inline bool constant_off_surface(SignRule rule) {
+    return rule != SignRule::generalized;
+}
+
+/// For the other rules: on the surface exactly where a triangle holds the point, else the sign of f.
+Side side_by_sign_of_field(const QueryIndex& index, const Vec3& point, double f);
+
 /// The exact side of any point in a surface cell, by whatever it takes.
 Side decide(const QueryIndex& index, const Vec3& point, const SurfacePoint& at);
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -23,25 +22,13 @@ struct LevelView {
     const double* values = nullptr;
 };
 
-/// A lattice cell that the octree does not subdivide, although hats of the next finer level reach into it from
-/// its neighbours: its 27 points as a group's, so that f is trilinear on each of the eight children, but for
-/// those that have a halo in turn.
-struct Halo {
-    double value[group_points];
-    std::uint32_t next[8];  ///< 1 + index of the child's halo in the level below; 0: none
-};
-
 struct QueryIndex {
     static constexpr int top_bits = 6;  ///< the grid has at most 2^top_bits cells a side
-    /// Halos are made for level t − 1, and for finer levels of at most so many groups. This bounds the index
-    /// and the time to make it, whatever the shell; few points lie at halos of finer levels, and for those
-    /// neighbours are looked up.
-    static constexpr std::uint64_t most_halo_groups = 16384;
-
     // An entry of the grid, for a lattice cell of level `level`:
     static constexpr std::uint32_t subdivided = 1u << 31;  ///< the other bits: its group in level − 1
     static constexpr std::uint32_t inside = 1u << 30;      ///< else: in a leaf, which is on this side,
-    static constexpr std::uint32_t halo = inside - 1;      ///< and 1 + its halo in level − 1, or 0
+    /// and bit o: a grid point of level − 1 is on octant o, so that f is not trilinear there.
+    static constexpr std::uint32_t octants = 0xff;
 
     explicit QueryIndex(const ShellData& shell);
 
@@ -59,9 +46,6 @@ struct QueryIndex {
     std::vector<std::uint32_t> top;  ///< n³ entries, x fastest, and one that is outside, for points of no cell
     std::vector<double> values;      ///< F_t at the (n+1)³ lattice points of level t
     std::array<LevelView, max_depth + 1> levels;
-    int halo_level = 0;  ///< halos are there for the levels from this one to t − 1
-    std::array<std::vector<Halo>, max_depth + 1> halos;          ///< by level of the children
-    std::array<std::vector<std::uint32_t>, max_depth + 1> next;  ///< [k][8·group + child], as Halo::next
 
     std::uint64_t memory_bytes() const;
 
@@ -69,7 +53,7 @@ struct QueryIndex {
     Vec3 to_lattice(const Vec3& p) const {
         return {(p.x - origin.x) / width, (p.y - origin.y) / width, (p.z - origin.z) / width};
     }
-    /// False for NaN. M keeps an eighth of s away from the root's boundary: outside is outside.
+    /// False for NaN. M keeps 3/8·s away from the root's boundary: outside is outside.
     bool in_root(const Vec3& u) const {
         return (u.x >= 0) & (u.x < cells) & (u.y >= 0) & (u.y < cells) & (u.z >= 0) & (u.z < cells);
     }
@@ -108,13 +92,23 @@ struct Place {
     bool marked;  ///< of level 0 and meets M; else a leaf without M
 };
 
+/// Set bits. Written out, since the baseline instruction set would take a call; compilers know this form and
+/// replace it where there is an instruction.
+ITS_INLINE std::uint64_t bit_count(std::uint64_t v) {
+    v -= v >> 1 & 0x5555555555555555;
+    v = (v & 0x3333333333333333) + (v >> 2 & 0x3333333333333333);
+    v = (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0f;
+    return v * 0x0101010101010101 >> 56;
+}
+
 /// Number of mask bits before the child: its group in the level below, or its number as a surface cell.
 ITS_INLINE std::uint64_t rank(const LevelView& level, std::uint64_t group, unsigned child) {
-    return level.ranks[group / 8].rank(group, int(child));
+    const Ranks::Word& word = level.ranks[group / 8];
+    return word.before + bit_count(word.masks & ((std::uint64_t{1} << (8 * (group % 8) + child)) - 1));
 }
 
 /// From a group of level − 1 down to the leaf that holds a finest cell.
-inline Place descend(const LevelView* levels, std::uint64_t group, int level, const Cell& finest) {
+ITS_INLINE Place descend(const LevelView* levels, std::uint64_t group, int level, const Cell& finest) {
     Place at{group, child_at(finest, level), level, false};
     while (levels[at.level].mask[at.group] >> at.child & 1) {
         if (at.level == 0) {
@@ -127,7 +121,7 @@ inline Place descend(const LevelView* levels, std::uint64_t group, int level, co
     return at;
 }
 
-inline bool inside_bit(const LevelView* levels, const Place& at) {
+ITS_INLINE bool inside_bit(const LevelView* levels, const Place& at) {
     return levels[at.level].inside[at.group] >> at.child & 1;
 }
 

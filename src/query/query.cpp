@@ -31,6 +31,8 @@ Side Query::classify(const Vec3& point) const {
         require_finite(point);
         return Side::outside;
     }
+    if (!constant_off_surface(shell_.info().sign))
+        return side_by_sign_of_field(index, point, field_value(index, point));
     const Cell finest = finest_cell(u);
     const std::uint32_t entry = index.top[index.top_index(finest)];
     if (!(entry & QueryIndex::subdivided)) return entry & QueryIndex::inside ? Side::inside : Side::outside;

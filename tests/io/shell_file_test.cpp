@@ -399,6 +399,16 @@ TEST(Validate, NamesTheBrokenInvariant) {
         {"triangle 1", [](auto& s) { edit(s.mesh.triangles)[1][2] = 5; }},
         {"triangle 1", [](auto& s) { edit(s.mesh.vertices)[3].z = 4.5; }},
         {"no triangles", [](auto& s) { edit(s.mesh.triangles)->clear(); }},
+        {"sides", [](auto& s) { s.sides.inside.pop_back(); }},
+        {"sides", [](auto& s) { edit(s.sides.inside[0])->pop_back(); }},
+        {"winding numbers",
+         [](auto& s) {
+             s.sides.winding = {0, 0, 0};
+         }},
+        {"winding numbers of group 1",
+         [](auto& s) {
+             s.sides.winding = {0, -1, 2, 0};
+         }},
         {"levels", [](auto& s) { s.octree.levels.pop_back(); }},
         {"levels", [](auto& s) { s.octree.depth = 2; }},
         {"level 0",

@@ -62,5 +62,65 @@ TEST(Classify, UnsignedShellsTellOnSurfaceFromOff) {
     }
 }
 
+TEST(Classify, ShellsOfTheIterativeSolverAreExactToo) {
+    const Mesh mesh = zoo::torus(1.0, 0.35, 16, 8);
+    BuildOptions options;
+    options.depth = 3;
+    options.solver = Solver::lscg;
+    const Query query(build(mesh, options));
+    for (const Vec3& p : test::hard_points(query.shell(), mesh, 100, 5))
+        ASSERT_EQ(query.classify(p), test::brute_force_side(mesh, p, SignRule::winding));
+}
+
+/// Rules that are not constant off M: a shell that says it is one, with the field of another.
+TEST(Classify, OtherRulesGoByTheSignOfTheField) {
+    const Mesh mesh = zoo::torus(1.0, 0.35, 24, 12);
+    auto data = std::make_shared<ShellData>(build_shell(mesh, 4).data());
+    data->info.sign = SignRule::generalized;
+    const Query query{ThinShell(data)};
+    const std::vector<Vec3> points = test::hard_points(query.shell(), mesh, 100, 6);
+    std::vector<std::int8_t> codes(points.size());
+    query.classify(points, codes);
+    int on_surface = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool on = test::brute_force_side(mesh, points[i], SignRule::unsigned_rule) == Side::on_surface;
+        const Side expected = on                             ? Side::on_surface
+                              : query.value(points[i]) < 0.0 ? Side::inside
+                                                             : Side::outside;
+        on_surface += on;
+        ASSERT_EQ(query.classify(points[i]), expected);
+        ASSERT_EQ(codes[i], std::int8_t(expected));
+    }
+    EXPECT_GT(on_surface, 100);
+}
+
+/// Ways to decide, and that all of them are taken.
+TEST(Classify, BoundsSettleMostPointsAndWalksSomeOfTheRest) {
+    const Mesh mesh = zoo::overlapping_spheres(3);  // where they overlap, f < 0 on M
+    const Query query(build_shell(mesh, 5));
+    const QueryIndex& index = query.index();
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const Box box = bounds(mesh);
+    int seen[3] = {};
+    for (int i = 0; i < 200'000; ++i) {
+        const Vec3 size = box.max - box.min;
+        const Vec3 p = box.min + Vec3{unit(random) * size.x, unit(random) * size.y, unit(random) * size.z};
+        const Vec3 u = index.to_lattice(p);
+        const Cell finest = finest_cell(u);
+        const Place at = descend(index.levels.data(), 0, 5, finest);
+        if (!at.marked) continue;
+        const SurfacePoint point{at.group, at.child, finest, local_in(u, finest)};
+        const Decision how = how_decided(index, point);
+        ++seen[int(how)];
+        if (how == Decision::walk) {
+            ASSERT_EQ(query.classify(p), test::brute_force_side(mesh, p, SignRule::winding));
+        }
+    }
+    EXPECT_GT(seen[int(Decision::bounds)], 3 * seen[int(Decision::local)]);
+    EXPECT_GT(seen[int(Decision::walk)], 0);
+    EXPECT_GT(seen[int(Decision::local)], 0);
+}
+
 }  // namespace
 }  // namespace its

@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 const std::vector<std::vector<std::string>> layers = {
     {"base"},     {"geometry"}, {"mesh"},  {"octree"},
     {"distance"}, {"field"},    {"shell"}, {"query", "surface", "simplify", "verify", "picture", "io"},
+    {"vdb"},
 };
 
 /// What verify may include of other modules: the arrays of a shell, and arithmetic too small to be wrong.

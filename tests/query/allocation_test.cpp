@@ -1,0 +1,58 @@
+// Single queries take no memory: every operator new of this program is counted.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+
+#include "its/query.h"
+#include "query/oracle.h"
+#include "support/zoo.h"
+
+namespace {
+std::atomic<long> allocations = 0;
+}
+
+// NOLINTBEGIN(misc-definitions-in-headers)
+void* operator new(std::size_t size) {
+    ++allocations;
+    if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+    throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+    std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+    std::free(p);
+}
+// NOLINTEND(misc-definitions-in-headers)
+
+namespace its {
+namespace {
+
+TEST(Query, SingleCallsTakeNoMemory) {
+    const Mesh mesh = zoo::torus(1.0, 0.35, 48, 20);
+    BuildOptions options;
+    options.depth = 5;
+    const Query query(build(mesh, options));
+    std::vector<Vec3> points = test::hard_points(query.shell(), mesh, 100, 1);
+    std::erase_if(points, [](const Vec3& p) {  // there, exact predicates take big integers
+        const auto tiny = [](double v) { return v != 0 && std::abs(v) < 1e-90; };
+        return tiny(p.x) || tiny(p.y) || tiny(p.z);
+    });
+    ASSERT_GT(points.size(), 2000u);
+    const long before = allocations;
+    double sum = 0;
+    for (const Vec3& p : points)
+        sum += query.value(p) + query.gradient(p).x + query.signed_distance_bound(p).lower +
+               double(query.classify(p)) + double(query.classify_shell(p));
+    EXPECT_EQ(allocations - before, 0) << sum;
+    const Query copy = query;  // NOLINT(performance-unnecessary-copy-initialization): copies share
+    EXPECT_EQ(copy.classify({0, 0, 0}), Side::outside);
+    EXPECT_EQ(allocations - before, 0);
+}
+
+}  // namespace
+}  // namespace its
