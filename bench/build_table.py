@@ -55,7 +55,7 @@ def main():
               f"{total:.3f} | **{r['processor']:.3f}** | {peer} | {r['bytes_per_cell']:.0f} |")
 
     print("\n| model | K | ε₁/s | ε₂/s | thickness/s | paper's model: ε₁ | ε₂ | thickness |")
-    print("|---|--:|--:|--:|--:|--:|--:|--:|--:|")
+    print("|---|--:|--:|--:|--:|--:|--:|--:|")
     seen = set()
     for (_, model, depth, _), r in ours.items():
         if (model, depth) in seen:
