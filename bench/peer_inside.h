@@ -22,7 +22,8 @@ public:
 
 /// Parity of the hits of a ray from each point, robust mode (single precision, as Embree is).
 std::unique_ptr<InsidePeer> embree_parity(const Mesh& mesh);
-/// Closest triangle by rtcPointQuery; inside by the side of its plane: wrong where the closest point is on an edge.
+/// Closest triangle by rtcPointQuery; inside by the side of its plane: wrong where the closest point is on an
+/// edge.
 std::unique_ptr<InsidePeer> embree_point_query(const Mesh& mesh);
 /// Side_of_triangle_mesh with exact predicates: the reference for accuracy.
 std::unique_ptr<InsidePeer> cgal_side(const Mesh& mesh);

@@ -25,8 +25,8 @@ public:
 
     void classify(std::span<const Vec3> points, std::span<std::int8_t> out) const override {
         openvdb::FloatGrid::ConstAccessor accessor = grid_->getConstAccessor();
-        const openvdb::tools::GridSampler<openvdb::FloatGrid::ConstAccessor, openvdb::tools::BoxSampler> sampler(
-            accessor, grid_->transform());
+        const openvdb::tools::GridSampler<openvdb::FloatGrid::ConstAccessor, openvdb::tools::BoxSampler>
+            sampler(accessor, grid_->transform());
         for (std::size_t i = 0; i < points.size(); ++i)
             out[i] = sampler.wsSample({points[i].x, points[i].y, points[i].z}) < 0 ? -1 : 1;
     }
