@@ -9,7 +9,7 @@ build=(g++ cmake ninja-build ccache libeigen3-dev libtbb-dev libfmt-dev libpng-d
        fonts-roboto-unhinted)
 test=(libgtest-dev libgmock-dev libcgal-dev libassimp-dev libgmp-dev libmpfr-dev
       clang clang-format clang-tidy libclang-rt-14-dev valgrind)
-bench=(libbenchmark-dev libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev)
+bench=(libbenchmark-dev libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libimath-dev)
 
 fail() {
     echo "install.sh: error: $*" >&2
