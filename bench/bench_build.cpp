@@ -73,7 +73,8 @@ Job parse(const std::string& text) {
 void add(const Job& job, const Mesh& mesh, int threads) {
     const std::string model = std::filesystem::path(job.path).stem().string();
     const Box box = inspect(mesh).bounds;
-    const double side = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
+    [[maybe_unused]] const double side =
+        std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
     for (int depth = job.low; depth <= job.high; ++depth) {
         benchmark::RegisterBenchmark(fmt::format("its/{}/{}/{}", model, depth, threads).c_str(),
                                      [=, &mesh](benchmark::State& s) { run_build(s, mesh, depth, threads); })
@@ -88,7 +89,6 @@ void add(const Job& job, const Mesh& mesh, int threads) {
             ->Unit(benchmark::kMillisecond);
 #endif
     }
-    (void)side;
 }
 
 int run(int argc, char** argv) {

@@ -15,7 +15,16 @@ namespace {
 struct Options {
     CommonOptions common;
     std::string mesh, output;
+    bool force = false;
     BuildOptions build;
+};
+
+/// A build that was done, or found done.
+struct Built {
+    ThinShell shell;
+    bool unchanged = false;
+    BuildTimes times = {};
+    double read = 0, write = 0;
 };
 
 std::optional<int> parse_depth(const std::string& text) {
@@ -28,33 +37,66 @@ std::optional<int> parse_depth(const std::string& text) {
     return depth;
 }
 
-void print_report(const Options& options, const ThinShell& shell, const BuildTimes& times, double read,
-                  double write) {
+void print_report(const Options& options, const Built& built) {
+    const std::string file =
+        fmt::format("{}, {}", options.output, bytes_text(std::filesystem::file_size(options.output)));
     Table table;
-    add_shell_rows(table, shell);
-    table.row("Time", seconds_text(times.total));
-    table.row("  octree", seconds_text(times.octree));
-    table.row("  distance", seconds_text(times.distance));
-    table.row("  field", seconds_text(times.field));
-    table.row("  extrema", seconds_text(times.extrema));
-    table.row("Reading, writing", seconds_text(read) + ", " + seconds_text(write));
-    table.row("Wrote",
-              fmt::format("{}, {}", options.output, bytes_text(std::filesystem::file_size(options.output))));
+    add_shell_rows(table, built.shell);
+    if (built.unchanged) {
+        table.row("Unchanged", file + ": built from this mesh with these options; --force builds anew");
+    } else {
+        const BuildTimes& times = built.times;
+        table.row("Time", seconds_text(times.total));
+        table.row("  octree", seconds_text(times.octree));
+        table.row("  distance", seconds_text(times.distance));
+        table.row("  field", seconds_text(times.field));
+        table.row("  extrema", seconds_text(times.extrema));
+        table.row("Reading, writing", seconds_text(built.read) + ", " + seconds_text(built.write));
+        table.row("Wrote", file);
+    }
     table.print();
 }
 
-void print_build_json(const Options& options, const MeshFile& file, const ThinShell& shell,
-                      const BuildTimes& times, double read, double write) {
-    Json json = shell_json(shell);
+void print_build_json(const Options& options, const MeshFile& file, const Built& built) {
+    const BuildTimes& times = built.times;
+    Json json = shell_json(built.shell);
     json["mesh"]["file"] = options.mesh;
     json["mesh"]["format"] = file.format;
     json["mesh"]["warnings"] = file.warnings;
     json["file"] = options.output;
     json["file_bytes"] = std::filesystem::file_size(options.output);
-    json["seconds"] = {{"read", read},         {"octree", times.octree},   {"distance", times.distance},
+    json["unchanged"] = built.unchanged;
+    json["seconds"] = {{"read", built.read},   {"octree", times.octree},   {"distance", times.distance},
                        {"field", times.field}, {"extrema", times.extrema}, {"total", times.total},
-                       {"write", write}};
+                       {"write", built.write}};
     print_json(json);
+}
+
+/// The shell in the output, if it is whole and what this build would write again.
+std::optional<ThinShell> stored_shell(const Options& options, const Mesh& mesh) {
+    std::error_code error;
+    if (options.force || !std::filesystem::is_regular_file(options.output, error)) return {};
+    try {
+        const auto hash = load(options.output, {.check = LoadCheck::quick}).info().input_hash;
+        if (hash != input_hash(mesh, options.build)) return {};
+        return load(options.output);
+    } catch (const Error&) {
+        return {};  // not a shell, or damaged: it will be replaced
+    }
+}
+
+Built build_and_save(const Options& options, const Mesh& mesh) {
+    ProgressBar bar(options.common.quiet);
+    BuildOptions build_options = options.build;
+    build_options.threads = options.common.threads;
+    build_options.progress = bar.callback();
+    BuildTimes times;
+    const ThinShell shell = naming_file(options.mesh, [&] { return build(mesh, build_options, &times); });
+    bar.clear();
+    stop_if_interrupted();
+    const Stopwatch writing;
+    save(shell, options.output);
+    return {.shell = shell, .times = times, .write = writing.seconds()};
 }
 
 int run(const Options& options) {
@@ -62,23 +104,13 @@ int run(const Options& options) {
     const Stopwatch reading;
     const MeshFile file = read_mesh_with_warnings(options.mesh);
     const double read = reading.seconds();
-
-    ProgressBar bar(options.common.quiet);
-    BuildOptions build_options = options.build;
-    build_options.threads = options.common.threads;
-    build_options.progress = bar.callback();
-    BuildTimes times;
-    const ThinShell shell = naming_file(options.mesh, [&] { return build(file.mesh, build_options, &times); });
-    bar.clear();
-    stop_if_interrupted();
-
-    const Stopwatch writing;
-    save(shell, options.output);
-    const double write = writing.seconds();
+    const std::optional<ThinShell> stored = stored_shell(options, file.mesh);
+    Built built = stored ? Built{.shell = *stored, .unchanged = true} : build_and_save(options, file.mesh);
+    built.read = read;
     if (options.common.json)
-        print_build_json(options, file, shell, times, read, write);
+        print_build_json(options, file, built);
     else if (!options.common.quiet)
-        print_report(options, shell, times, read, write);
+        print_report(options, built);
     return done;
 }
 
@@ -114,6 +146,8 @@ Run add_build(CLI::App& app) {
            "Refuse to take more: bytes, or with K, M, G, T (powers of 1000);\n"
            "default: three quarters of what is free; --depth auto stays within it")
         ->type_name("SIZE");
+    app.add_flag("--force", options->force,
+                 "Build even if the output already holds this shell: same mesh, options and version");
     options->common.declare(app, "its build model.stl -o model.its --depth 8");
     return [options] { return run(*options); };
 }

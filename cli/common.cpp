@@ -3,11 +3,13 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <csignal>
+#include <span>
 #include <system_error>
 
 #include "report.h"
@@ -41,6 +43,38 @@ std::uint64_t parse_size(const std::string& option, const std::string& text) {
     if (error != std::errc{} || rest != end || !(bytes >= 1) || bytes >= 0x1p63)
         throw CLI::ValidationError(option, "'" + text + "' is no size; write one such as 500M or 2G");
     return static_cast<std::uint64_t>(bytes);
+}
+
+namespace {
+
+/// As many finite numbers as `values` holds, with commas between them and nothing else.
+bool parse_numbers(const std::string& text, std::span<double> values) {
+    const char* at = text.data();
+    const char* const end = text.data() + text.size();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const bool last = i + 1 == values.size();
+        const auto [stop, error] = std::from_chars(at, end, values[i]);
+        if (error != std::errc{} || !std::isfinite(values[i])) return false;
+        if (last ? stop != end : stop == end || *stop != ',') return false;
+        at = stop + 1;
+    }
+    return true;
+}
+
+}  // namespace
+
+Vec3 parse_vector(const std::string& option, const std::string& text) {
+    std::array<double, 3> v;
+    if (!parse_numbers(text, v))
+        throw CLI::ValidationError(option, "'" + text + "' is no x,y,z; write three numbers such as 1,0,-0.5");
+    return {v[0], v[1], v[2]};
+}
+
+std::pair<double, double> parse_pair(const std::string& option, const std::string& text) {
+    std::array<double, 2> v;
+    if (!parse_numbers(text, v))
+        throw CLI::ValidationError(option, "'" + text + "' is no pair; write two numbers such as 30,0.5");
+    return {v[0], v[1]};
 }
 
 MeshFile read_mesh_with_warnings(const fs::path& path) {

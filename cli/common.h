@@ -25,8 +25,12 @@ using Run = std::function<int()>;
 Run add_build(CLI::App& app);
 Run add_check(CLI::App& app);
 Run add_info(CLI::App& app);
+Run add_query(CLI::App& app);
+Run add_render(CLI::App& app);
 Run add_slice(CLI::App& app);
+Run add_surface(CLI::App& app);
 Run add_verify(CLI::App& app);
+Run add_view(CLI::App& app);
 
 /// Options that every command has.
 struct CommonOptions {
@@ -57,6 +61,11 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<
     };
     return app.add_option_function<std::string>(option, choose, description + ": " + names);
 }
+
+/// A vector or point given as x,y,z. \throws CLI::ValidationError naming `option`.
+Vec3 parse_vector(const std::string& option, const std::string& text);
+/// Two numbers given as a,b.
+std::pair<double, double> parse_pair(const std::string& option, const std::string& text);
 
 /// Bytes of a size such as 800, 500M or 2G: K, M, G and T are powers of 1000.
 /// \throws CLI::ValidationError naming `option`.

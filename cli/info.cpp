@@ -21,6 +21,8 @@ int run(const Options& options) {
         Json json = shell_json(shell);
         json["file"] = options.shell;
         json["file_bytes"] = file_bytes;
+        const auto& hash = shell.info().input_hash;
+        json["input_hash"] = fmt::format("{:016x}{:016x}", hash[1], hash[0]);
         print_json(json);
     } else if (!options.common.quiet) {
         Table table;

@@ -28,8 +28,12 @@ constexpr Command commands[] = {
     {"build", "Build the implicit thin shell of a mesh", add_build},
     {"info", "Show what a shell holds, and how it was built", add_info},
     {"check", "Report the defects of a mesh, and which sign rule would be chosen", add_check},
+    {"query", "Tell on which side of a mesh points are, and f there", add_query},
     {"verify", "Check the promises of a shell against its mesh, independently of the builder", add_verify},
+    {"render", "Draw mesh, inner and outer surface side by side and cut open", add_render},
     {"slice", "Draw a shell's function on a plane", add_slice},
+    {"surface", "Write the surfaces that wrap the mesh inside and outside, or any level set", add_surface},
+    {"view", "Write a page that shows a shell in a browser", add_view},
 };
 
 std::string command_names() {

@@ -1,9 +1,6 @@
 # its_embed(<file> <function> <output>): writes a C++ source whose function returns the bytes of the file.
-function(its_embed file function output)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
-  if(EXISTS ${output} AND ${output} IS_NEWER_THAN ${file} AND ${output} IS_NEWER_THAN ${CMAKE_CURRENT_FUNCTION_LIST_FILE})
-    return()
-  endif()
+# As a script, for files that are themselves built: cmake -D FILE= -D FUNCTION= -D OUTPUT= -P ItsEmbed.cmake
+function(its_embed_now file function output)
   file(READ ${file} bytes HEX)
   string(REGEX REPLACE "(................................................................)" "\\1\n" bytes "${bytes}")
   string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
@@ -18,3 +15,15 @@ ${bytes}};
 }  // namespace its
 ")
 endfunction()
+
+function(its_embed file function output)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  if(EXISTS ${output} AND ${output} IS_NEWER_THAN ${file} AND ${output} IS_NEWER_THAN ${CMAKE_CURRENT_FUNCTION_LIST_FILE})
+    return()
+  endif()
+  its_embed_now(${file} ${function} ${output})
+endfunction()
+
+if(CMAKE_SCRIPT_MODE_FILE)
+  its_embed_now(${FILE} ${FUNCTION} ${OUTPUT})
+endif()

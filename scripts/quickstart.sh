@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# From a fresh clone to a checked shell with a picture: installs what is missing, builds the tool, makes a model
+# From a fresh clone to a checked shell with pictures and a page: installs what is missing, builds the tool, makes a model
 # (or takes yours) and its shell in out/.
 #   scripts/quickstart.sh [MESH]      MESH: .obj .stl .ply .off .glb .gltf .3mf
 # DEPTH=K sets the depth of the shell (default 7: finest cells 1/128 of the model's longest side).
@@ -36,7 +36,12 @@ step build/its info "$shell"
 step build/its verify "$shell" "$mesh"
 step build/its slice "$shell" -o "out/$name.png" --cells
 
+step build/its render "$shell" -o "out/$name-render.png"
+step build/its view "$shell" -o "out/$name.html"
+
 echo
-echo "The model  $mesh"
-echo "Its shell  $shell"
-echo "A slice    out/$name.png   (f in colour, its zero, ε₁ and ε₂ as lines, the mesh in black)"
+echo "The model    $mesh"
+echo "Its shell    $shell"
+echo "A slice      out/$name.png          (f in colour, its zero, ε₁ and ε₂ as lines, the mesh in black)"
+echo "A picture    out/$name-render.png   (mesh, inner and outer surface, and all three cut open)"
+echo "A page       out/$name.html         (the same in three dimensions; open it in a browser)"

@@ -12,7 +12,7 @@ target_link_libraries(its PRIVATE nlohmann_json::nlohmann_json ${ITS_LIB3MF_LIBR
 find_package(Boost 1.74 REQUIRED)
 target_link_libraries(its PRIVATE Boost::headers)
 
-# io: checksums of .its files
+# shell: hash of the input; io: checksums of .its files
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 target_link_libraries(its PRIVATE PkgConfig::xxhash)
@@ -33,3 +33,12 @@ foreach(weight Regular Medium)
   its_embed(${ITS_FONT_${weight}} ${function} ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
   target_sources(its PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
 endforeach()
+
+# picture: renderings are traced by Embree.
+find_package(embree 3 REQUIRED)
+target_link_libraries(its PRIVATE embree)
+
+# picture: the page of its view, built in web/
+set_source_files_properties(${ITS_PAGE_SOURCE} PROPERTIES GENERATED ON)
+target_sources(its PRIVATE ${ITS_PAGE_SOURCE})
+add_dependencies(its its_page)

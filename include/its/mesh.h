@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,10 +34,22 @@ struct MeshFile {
 /// \throws FileError if the file cannot be read; InputError if it holds no usable triangle or is malformed.
 MeshFile read_mesh(const std::filesystem::path& path);
 
-/// Writes .obj, .stl (binary), .ply (binary) or .off, by extension, to a temporary name that is then
-/// renamed: an existing file is replaced only by a complete one.
-/// \throws FileError, OptionError (unknown extension).
+/// Writes .obj, .stl (binary), .ply (binary), .off or .glb, by extension, to a temporary name that is then
+/// renamed: an existing file is replaced only by a complete one. STL and GLB round coordinates to 32 bits, the
+/// others keep every bit.
+/// \throws FileError, OptionError (unknown extension), InputError (what the format cannot hold).
 void write_mesh(const Mesh& mesh, const std::filesystem::path& path);
+
+/// One of several meshes in a file. The mesh must outlive this.
+struct NamedMesh {
+    std::string name;  ///< of its node
+    const Mesh* mesh = nullptr;
+};
+
+/// Writes meshes as nodes of one .glb file, in the same way. Coordinates are rounded to 32 bits; where the
+/// meshes are far from the origin for their size, relative to the centre of their bounds, which the nodes'
+/// translation has. \throws FileError; InputError (no triangles, or more than the format's 4 GB).
+void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path);
 
 /// How the inside of a mesh is defined.
 enum class SignRule : std::uint8_t {

@@ -104,6 +104,11 @@ private:
 ///         for its size), OptionError, MemoryError (names the largest depth that fits), Cancelled.
 ThinShell build(const Mesh& mesh, const BuildOptions& options = {}, BuildTimes* times = nullptr);
 
+/// A hash of all that the result of build() depends on: the mesh, the options as given (not the number of
+/// threads), and the version of this library. ShellInfo::input_hash has it, so that a stored shell can be
+/// recognised. 128 bits, not meant to withstand somebody who wants two inputs to agree.
+std::array<std::uint64_t, 2> input_hash(const Mesh& mesh, const BuildOptions& options = {});
+
 /// Bytes that build() would take at its peak for this mesh and depth: an estimate from the mesh's area that
 /// is checked again, exactly, once the finest cells are counted.
 std::uint64_t estimate_memory(const Mesh& mesh, int depth);

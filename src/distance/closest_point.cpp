@@ -20,9 +20,9 @@ constexpr int median_from_depth = 24;  // below, ranges are halved: no tree is d
 constexpr int max_depth_of_tree = median_from_depth + 12;
 constexpr std::uint64_t grain = 4096;
 
-/// Slack on distances, in units of u·size: twice the error of a triangle's computed distance (8), and the
-/// roundings of the comparison (fewer than 16).
-constexpr double distance_slack = 32;
+/// Slack on distances, in units of u·size: twice the error of a triangle's computed distance, 32u·√3·size
+/// (docs/design/distance.md), and the roundings of the comparison (fewer than 16).
+constexpr double distance_slack = 128;
 
 struct Bound {
     Vec3 min{infinity(), infinity(), infinity()}, max{-infinity(), -infinity(), -infinity()};

@@ -27,7 +27,7 @@ public:
     ClosestPointTree(std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
     /// The nearest triangle among those nearer than `bound`, exact but for the error of a triangle's distance
-    /// itself, 8u·(size of M + |p − M|): pruning never cuts off the smallest computed distance. Takes no
+    /// itself (docs/design/distance.md): pruning never cuts off the smallest computed distance. Takes no
     /// memory. \param p  finite
     Nearest find(const Vec3& p, double bound = no_bound) const;
 

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "base/parallel.h"
 #include "base/rounding.h"
@@ -18,50 +19,9 @@ namespace {
 
 constexpr int lanes = 8;
 constexpr int padded_points = 32;  // 27 points, the last one repeated
-constexpr double open_factor =
-    2;  // nodes of more than this many half cubes are opened; measured, see docs/design/distance.md
+constexpr std::uint32_t all_points = (1u << group_points) - 1;
+constexpr double open_factor = 3;  // nodes with more than this many half cubes of radius are opened; measured
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// A node of the triangle tree that may hold the triangle nearest to some point of a cube.
-struct Candidate {
-    std::uint32_t level, index;
-    double distance;  ///< from the cube's centre: to the triangle, or a lower bound for what is in the sphere
-};
-
-/// A node seen from the centres of eight child cubes.
-struct Opened {
-    std::uint32_t level, index;
-    double distance[lanes];  ///< as Candidate::distance
-};
-
-struct Points {
-    double x[lanes], y[lanes], z[lanes];
-};
-
-/// Points of a group in structure-of-arrays form; the last one is repeated to fill up whole lanes.
-struct alignas(64) Packet {
-    double x[padded_points], y[padded_points], z[padded_points];
-    double from_centre[padded_points];  ///< distance to the group's centre, rounded up
-    double squared[padded_points];      ///< smallest computed squared distance so far
-    double bound[padded_points];        ///< an upper bound on the distance
-    int size;                           ///< a multiple of the lanes
-    double largest_bound;
-};
-
-/// distance[i] = lower bound on the distance from point i to what is in the sphere.
-ITS_CLONES void sphere_distances(const Points& p, double sx, double sy, double sz, double radius,
-                                 double* distance) {
-    for (int i = 0; i < lanes; ++i) {
-        const double dx = p.x[i] - sx, dy = p.y[i] - sy, dz = p.z[i] - sz;
-        distance[i] = std::sqrt(dx * dx + dy * dy + dz * dz) - radius;
-    }
-}
-
-/// distance[i] = distance from point i to triangle `lane` of the block.
-ITS_CLONES void triangle_distances(const Points& p, const TriangleBlock& t, std::uint64_t lane,
-                                   double* distance) {
-    for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_distance(t, lane, p.x[i], p.y[i], p.z[i]));
-}
 
 ITS_INLINE double larger(double a, double b) {
     return a < b ? b : a;
@@ -78,74 +38,167 @@ ITS_INLINE double largest(const double* v) {
     return larger(quarter[0], quarter[1]);
 }
 
-struct Sphere {
-    double x, y, z, radius;
+/// A triangle (level 0) or a node of the triangle tree that may hold the triangle nearest to some point of a
+/// cube.
+struct Candidate {
+    std::uint32_t level, index;
+    double distance;  ///< from the cube's centre: to the triangle, or a lower bound for what is in the node
 };
 
-/// Bit i is set if point i of the packet may be nearer to the sphere's content than its bound.
-ITS_CLONES unsigned may_improve(const Packet& packet, const Sphere& s) {
-    unsigned points = 0;
-    for (int chunk = 0; chunk < packet.size; chunk += lanes) {
-        double gap[lanes];
-        for (int i = 0; i < lanes; ++i) {
-            const double dx = packet.x[chunk + i] - s.x, dy = packet.y[chunk + i] - s.y,
-                         dz = packet.z[chunk + i] - s.z;
-            const double reach = packet.bound[chunk + i] + s.radius;
-            gap[i] = reach * reach - (dx * dx + dy * dy + dz * dz);
-        }
-        if (!(largest(gap) > 0)) continue;
-        for (int i = 0; i < lanes; ++i) points |= unsigned(gap[i] > 0) << (chunk + i);
+/// The same, seen from the centres of eight child cubes.
+struct Opened {
+    std::uint32_t level, index;
+    double distance[lanes];
+};
+
+struct alignas(64) Points {
+    double x[lanes], y[lanes], z[lanes];
+};
+
+/// The points of a group that are to be solved; the last one is repeated to fill up whole lanes.
+struct alignas(64) Packet {
+    double x[padded_points], y[padded_points], z[padded_points];
+    double from_centre[padded_points];     ///< distance to the group's centre, rounded up
+    double squared[padded_points];         ///< smallest computed squared distance so far
+    std::uint64_t nearest[padded_points];  ///< the triangle that has it
+    int point[padded_points];              ///< number in the group
+    int count;
+};
+
+/// distance[i] = from point i to triangle `lane` of the block.
+ITS_CLONES void triangle_distances(const Points& p, const TriangleBlock& t, std::uint64_t lane,
+                                   double* distance) {
+    for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_distance(t, lane, p.x[i], p.y[i], p.z[i]));
+}
+
+/// distance[i] = lower bound on the distance from point i to what is in the node.
+ITS_CLONES void node_distances(const Points& p, const TriangleTree::Nodes& n, std::uint64_t lane,
+                               double* distance) {
+    for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_gap(n, lane, p.x[i], p.y[i], p.z[i]));
+}
+
+/// Improves eight points of the packet by one triangle.
+ITS_INLINE void improve(Packet& packet, int chunk, const TriangleBlock& t, std::uint64_t lane,
+                        std::uint64_t id) {
+    for (int i = chunk; i < chunk + lanes; ++i) {
+        const double d = squared_distance(t, lane, packet.x[i], packet.y[i], packet.z[i]);
+        packet.nearest[i] = d < packet.squared[i] ? id : packet.nearest[i];
+        packet.squared[i] = smaller(packet.squared[i], d);
     }
-    return points;
 }
 
-ITS_INLINE void update_largest_bound(Packet& packet) {
-    double highest[lanes];
-    for (int i = 0; i < lanes; ++i) highest[i] = packet.bound[i];
-    for (int chunk = lanes; chunk < packet.size; chunk += lanes)
-        for (int i = 0; i < lanes; ++i) highest[i] = larger(highest[i], packet.bound[chunk + i]);
-    packet.largest_bound = largest(highest);
+/// Improves all points of the packet by a triangle.
+ITS_CLONES void improve_all(Packet& packet, const TriangleBlock& t, std::uint64_t lane, std::uint64_t id) {
+    for (int chunk = 0; chunk < packet.count; chunk += lanes) improve(packet, chunk, t, lane, id);
 }
 
-/// Improves some points of the packet by the eight triangles of a block, eight triangles at a time.
-ITS_CLONES void improve_points(Packet& packet, unsigned points, const TriangleBlock& block) {
-    for (; points != 0; points &= points - 1) {
-        const int p = __builtin_ctz(points);
-        double squared[lanes];
+/// The same, where the triangle can be nearer than what is known, by its distance to the centre less some
+/// slack.
+ITS_CLONES void improve_near(Packet& packet, const TriangleBlock& t, std::uint64_t lane, std::uint64_t id,
+                             double from_centre) {
+    for (int chunk = 0; chunk < packet.count; chunk += lanes) {
+        double excess[lanes];  // of what is known over a lower bound; both squared
+        for (int i = 0; i < lanes; ++i) {
+            const double least = larger(from_centre - packet.from_centre[chunk + i], 0.0);
+            excess[i] = packet.squared[chunk + i] - least * least;
+        }
+        if (largest(excess) > 0) improve(packet, chunk, t, lane, id);
+    }
+}
+
+/// How far from the centre anything can be that is nearer to a point of the packet than what is known.
+ITS_CLONES double reach(const Packet& packet) {
+    double far[lanes] = {};
+    for (int chunk = 0; chunk < packet.count; chunk += lanes)
         for (int i = 0; i < lanes; ++i)
-            squared[i] = -squared_distance(block, std::uint64_t(i), packet.x[p], packet.y[p], packet.z[p]);
-        const double best = smaller(packet.squared[p], -largest(squared));
-        packet.squared[p] = best;
-        packet.bound[p] = smaller(packet.bound[p], std::sqrt(best));
-    }
-    update_largest_bound(packet);
+            far[i] = larger(far[i], std::sqrt(packet.squared[chunk + i]) + packet.from_centre[chunk + i]);
+    return largest(far);
 }
 
-/// Improves the packet by one triangle, eight points at a time, where it can be nearer than what is known: from
-/// its distance to the centre, and from its sphere.
-ITS_CLONES void improve(Packet& packet, const TriangleBlock& t, std::uint64_t lane, double from_centre,
-                        const Sphere& s) {
-    bool changed = false;
-    for (int chunk = 0; chunk < packet.size; chunk += lanes) {
-        double gap[lanes];  // positive where the triangle can be nearer
-        for (int i = 0; i < lanes; ++i) {
-            const double dx = packet.x[chunk + i] - s.x, dy = packet.y[chunk + i] - s.y,
-                         dz = packet.z[chunk + i] - s.z;
-            const double reach = packet.bound[chunk + i] + s.radius;
-            const double in_sphere = reach * reach - (dx * dx + dy * dy + dz * dz);
-            const double in_reach = packet.bound[chunk + i] + packet.from_centre[chunk + i] - from_centre;
-            gap[i] = smaller(in_sphere, in_reach);
-        }
-        if (!(largest(gap) > 0)) continue;
-        changed = true;
-        for (int i = chunk; i < chunk + lanes; ++i) {
-            const double d = squared_distance(t, lane, packet.x[i], packet.y[i], packet.z[i]);
-            const double best = smaller(packet.squared[i], d);
-            packet.squared[i] = best;
-            packet.bound[i] = smaller(packet.bound[i], std::sqrt(best));
+/// Nodes to search from, gathered.
+struct Entries {
+    std::vector<TriangleTree::Nodes> nodes;
+    std::vector<std::array<std::uint32_t, 2>> id;  ///< level and index
+
+    void clear() { id.clear(); }
+    std::uint64_t blocks() const { return (id.size() + lanes - 1) / lanes; }
+    void add(const TriangleTree::Nodes& from, std::uint32_t level, std::uint32_t index) {
+        const std::uint64_t block = id.size() / lanes, to = id.size() % lanes, lane = index % lanes;
+        if (block == nodes.size()) nodes.emplace_back();
+        TriangleTree::Nodes& n = nodes[block];
+        n.x[to] = from.x[lane];
+        n.y[to] = from.y[lane];
+        n.z[to] = from.z[lane];
+        n.axis_x[to] = from.axis_x[lane];
+        n.axis_y[to] = from.axis_y[lane];
+        n.axis_z[to] = from.axis_z[lane];
+        n.radius[to] = from.radius[lane];
+        n.thickness[to] = from.thickness[lane];
+        id.push_back({level, index});
+    }
+};
+
+/// A node to visit, with a lower bound on its squared distance.
+struct Visit {
+    double squared;
+    std::uint32_t level, index;
+};
+
+constexpr int tree_levels = 12;  // 8¹¹ > 2³² triangles
+/// Visits waiting: eight, and seven more for each level.
+struct Visits {
+    Visit visit[lanes * (tree_levels + 1)];
+    int size = 0;
+
+    /// Adds a visit above `base`, where the squared distances stay descending.
+    ITS_INLINE void insert(int base, const Visit& v) {
+        int at = size++;
+        for (; at > base && visit[at - 1].squared < v.squared; --at) visit[at] = visit[at - 1];
+        visit[at] = v;
+    }
+};
+
+/// Improves one point of the packet by the eight triangles of a block.
+ITS_INLINE void improve_point(Packet& packet, int p, const TriangleBlock& block, std::uint32_t index) {
+    const double x = packet.x[p], y = packet.y[p], z = packet.z[p];
+    double squared[lanes], negated[lanes];
+    for (int i = 0; i < lanes; ++i) squared[i] = squared_distance(block, std::uint64_t(i), x, y, z);
+    for (int i = 0; i < lanes; ++i) negated[i] = -squared[i];
+    const double best = -largest(negated);
+    if (!(best < packet.squared[p])) return;
+    packet.squared[p] = best;
+    for (std::uint64_t i = 0; i < lanes; ++i)
+        if (squared[i] == best) packet.nearest[p] = std::uint64_t{index} * lanes + i;
+}
+
+/// Improves one point of the packet by all that is below the entries: depth first, nearest child first.
+ITS_CLONES void search(const TriangleTree& tree, const Entries& entries, Packet& packet, int p) {
+    const double x = packet.x[p], y = packet.y[p], z = packet.z[p];
+    double squared[lanes];
+    Visits visits;
+    for (std::uint64_t block = 0; block < entries.blocks(); ++block) {
+        for (int i = 0; i < lanes; ++i)
+            squared[i] = squared_gap(entries.nodes[block], std::uint64_t(i), x, y, z);
+        const std::uint64_t first = block * lanes,
+                            count = std::min<std::uint64_t>(lanes, entries.id.size() - first);
+        for (std::uint64_t i = 0; i < count; ++i)
+            if (squared[i] < packet.squared[p])
+                visits.insert(0, {squared[i], entries.id[first + i][0], entries.id[first + i][1]});
+        while (visits.size > 0) {
+            const Visit v = visits.visit[--visits.size];
+            if (!(v.squared < packet.squared[p])) continue;
+            if (v.level == 1) {
+                improve_point(packet, p, tree.block[v.index], v.index);
+                continue;
+            }
+            const TriangleTree::Nodes& below = tree.levels[v.level - 2][v.index];
+            for (int i = 0; i < lanes; ++i) squared[i] = squared_gap(below, std::uint64_t(i), x, y, z);
+            const int base = visits.size;
+            for (std::uint32_t i = 0; i < lanes; ++i)
+                if (squared[i] < packet.squared[p])
+                    visits.insert(base, {squared[i], v.level - 1, lanes * v.index + i});
         }
     }
-    if (changed) update_largest_bound(packet);
 }
 
 /// The group's point at corner x + 2y + 4z of its cube.
@@ -153,73 +206,130 @@ constexpr int corner_point(int corner) {
     return 2 * (corner & 1) + 6 * (corner >> 1 & 1) + 18 * (corner >> 2);
 }
 
-/// What is the same for all groups; lengths in steps (half a cube).
-struct GroupShape {
-    int inner[group_points];              ///< the 19 points that are no corners, then the corners
-    double from_centre[group_points];     ///< of each point
-    double from_corner[group_points][8];  ///< infinity where it exceeds √3: another corner is nearer
-    static constexpr int inner_count = group_points - 8;
+constexpr std::uint32_t corner_points = [] {
+    std::uint32_t bits = 0;
+    for (int corner = 0; corner < 8; ++corner) bits |= 1u << corner_point(corner);
+    return bits;
+}();
 
-    GroupShape() {
-        int inner_end = 0, corner_end = inner_count;
+/// The group next to a group on the lower side along the axes in the bits of `direction`, of the same level;
+/// what it shares is the points that are lowest along these axes.
+struct SharedPoints {
+    std::uint32_t bits;
+    int count;
+    std::int8_t own[9], theirs[9];
+};
+constexpr std::array<SharedPoints, 8> shared_points = [] {
+    std::array<SharedPoints, 8> table{};
+    for (int direction = 1; direction < 8; ++direction) {
+        SharedPoints& s = table[std::size_t(direction)];
         for (int p = 0; p < group_points; ++p) {
-            const int at[3] = {p % 3, p / 3 % 3, p / 9};
-            from_centre[p] = 0;
-            for (const int a : at) from_centre[p] += (a - 1) * (a - 1);
-            inner[from_centre[p] == 3 ? corner_end++ : inner_end++] = p;
-            from_centre[p] = std::sqrt(from_centre[p]);
-            for (int corner = 0; corner < 8; ++corner) {
-                int squared = 0;
-                for (int axis = 0; axis < 3; ++axis) {
-                    const int offset = at[axis] - 2 * (corner >> axis & 1);
-                    squared += offset * offset;
-                }
-                from_corner[p][corner] = squared <= 3 ? std::sqrt(double(squared)) : infinity;
+            const int at[3] = {p % 3, p / 3 % 3, p / 9}, stride[3] = {1, 3, 9};
+            int theirs = p;
+            bool shared = true;
+            for (int axis = 0; axis < 3; ++axis) {
+                if (!(direction >> axis & 1)) continue;
+                shared &= at[axis] == 0;
+                theirs += 2 * stride[axis];
             }
+            if (!shared) continue;
+            s.bits |= 1u << p;
+            s.own[s.count] = std::int8_t(p);
+            s.theirs[s.count++] = std::int8_t(theirs);
         }
     }
+    return table;
+}();
+
+/// Groups by direction as above, no_group where there is none or it is not solved yet; at 0 the group itself.
+using Neighbours = std::array<std::uint64_t, 8>;
+
+Neighbours alone(std::uint64_t group) {
+    Neighbours n;
+    n.fill(no_group);
+    n[0] = group;
+    return n;
+}
+
+/// Of child `child`, if `n` are those of its parent's group in level `above`.
+Neighbours neighbours_of_child(const Level& above, const Neighbours& n, unsigned child) {
+    Neighbours result;
+    for (unsigned direction = 0; direction < 8; ++direction) {
+        const std::uint64_t group = n[direction & ~child];
+        const unsigned place = child ^ direction;  // within that group
+        const unsigned mask = group == no_group ? 0u : above.mask[group];
+        result[direction] = mask >> place & 1u ? above.first.rank(group, int(place)) : no_group;
+    }
+    return result;
+}
+
+/// What is found at the 27 points of the groups.
+struct Solution {
+    std::vector<std::vector<double>> distance;
+    std::vector<std::vector<std::uint32_t>> nearest;  ///< triangles, in the tree's order; none for level 0
 };
-const GroupShape shape;
+
+/// What a group inherits from its parent.
+struct Inheritance {
+    std::vector<Candidate> candidates;
+    std::array<std::uint32_t, 8> seed;  ///< triangles nearest to the corners of its cube
+    int seeds = 0;
+
+    void add_seed(std::uint32_t triangle) {
+        if (!is_seed(triangle)) seed[std::size_t(seeds++)] = triangle;
+    }
+    bool is_seed(std::uint32_t triangle) const {
+        return std::find(seed.begin(), seed.begin() + seeds, triangle) != seed.begin() + seeds;
+    }
+};
 
 /// One thread's walk over octree and triangle tree.
 class Descent {
 public:
-    Descent(const Octree& octree, const TriangleTree& tree, std::vector<std::vector<double>>& distance)
+    Descent(const Octree& octree, const TriangleTree& tree, Solution& solution)
         : octree_(octree),
           tree_(tree),
-          distance_(distance),
+          solution_(solution),
           slack_(TriangleTree::widening * unit_roundoff * std::ldexp(2.0, octree.depth)),
-          lists_(std::size_t(octree.depth) + 1),
+          inherited_(std::size_t(octree.depth) + 1),
           opened_(std::size_t(octree.depth) + 1) {}
 
-    /// The candidates of the group of a level that solve() and open() work on. May be changed by the caller.
-    std::vector<Candidate>& list(int level) { return lists_[level]; }
+    /// What the group of a level that solve() and open() work on has inherited. May be set by the caller.
+    Inheritance& inherited(int level) { return inherited_[std::size_t(level)]; }
 
-    /// Solves a group, whose candidates are in list(level). The corners of its cube are known from its parent,
-    /// unless it is the root.
-    void solve(int level, std::uint64_t group) {
-        const double step = std::ldexp(1.0, level);
-        double* const solved = &distance_[level][group_points * group];
-        const int count = level == octree_.depth ? group_points : GroupShape::inner_count;
-        fill_packet(level, group, step, solved, count);
-
-        std::vector<Candidate>& candidates = lists_[level];
-        std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-            return a.distance != b.distance ? a.distance < b.distance
-                                            : (a.level != b.level ? a.level < b.level : a.index < b.index);
-        });
-        const double radius = std::sqrt(3.0) * step + slack_;
-        for (const Candidate& c : candidates) {
-            if (c.distance >= packet_.largest_bound + radius) break;
-            if (c.level == 0)
-                try_triangle(c.index, c.distance);
-            else
-                visit(c.level, c.index);
+    /// Solves a group. The corners of its cube are known from its parent, unless it is the root; what it shares
+    /// with its neighbours is known from them.
+    void solve(int level, const Neighbours& neighbours) {
+        const std::uint64_t group = neighbours[0];
+        std::uint32_t known = level == octree_.depth ? 0 : corner_points;
+        for (const std::size_t direction : {1, 2, 4, 3, 5, 6, 7}) {
+            if (neighbours[direction] == no_group || (shared_points[direction].bits & ~known) == 0) continue;
+            copy_shared(level, group, neighbours[direction], shared_points[direction]);
+            known |= shared_points[direction].bits;
         }
-        for (int i = 0; i < count; ++i) solved[shape.inner[i]] = std::sqrt(packet_.squared[i]);
+        fill_packet(level, group, all_points & ~known);
+        if (packet_.count == 0) return;
+
+        const Inheritance& from = inherited(level);
+        for (int i = 0; i < from.seeds; ++i) {
+            const std::uint32_t t = from.seed[std::size_t(i)];
+            improve_all(packet_, tree_.block[t / lanes], t % lanes, t);
+        }
+        entries_.clear();
+        const double farthest = reach(packet_) + slack_;
+        for (const Candidate& c : from.candidates) {
+            if (c.distance > farthest) continue;
+            if (c.level > 0)
+                entries_.add(tree_.nodes(c.level, c.index), c.level, c.index);
+            else if (!from.is_seed(c.index))
+                improve_near(packet_, tree_.block[c.index / lanes], c.index % lanes, c.index, c.distance);
+        }
+        if (!entries_.id.empty())
+            for (int i = 0; i < packet_.count; ++i) search(tree_, entries_, packet_, i);
+        store(level, group);
     }
 
-    /// Sees list(level), the candidates of the group, from the centres of its subdivided children's cubes.
+    /// Sees the candidates of the group from the centres of its subdivided children's cubes.
     void open(int level, std::uint64_t group) {
         const double half = std::ldexp(0.5, level);
         const Cell parent = morton_decode(octree_.levels[level].parent[group]);
@@ -232,49 +342,68 @@ public:
             const bool subdivided = octree_.levels[level].mask[group] >> c & 1;
             cubes.limit[c] = subdivided ? limit(level, group, c, infinity) : -infinity;
         }
-        opened_[level].clear();
-        for (const Candidate& c : lists_[level]) open_node(c.level, c.index, cubes, opened_[level]);
+        std::vector<Opened>& opened = opened_[std::size_t(level)];
+        opened.clear();
+        for (const Candidate& c : inherited(level).candidates) open_node(c.level, c.index, cubes, opened);
     }
 
-    /// Puts into list(level − 1) the nodes of open() that can be nearest to a point of child c's cube, and
-    /// seeds the child group's corners with the distances that are known there.
+    /// Hands to child c's group the nodes of open() that can be nearest to a point of its cube, and what is
+    /// known at the cube's corners.
     void pass_on(int level, std::uint64_t group, int child, std::uint64_t child_group) {
-        const double* const known = &distance_[level][group_points * group];
-        double* const seed = &distance_[level - 1][group_points * child_group];
-        for (int corner = 0; corner < 8; ++corner)
-            seed[corner_point(corner)] = known[group_point(child, corner)];
-        const std::vector<Opened>& opened = opened_[level];
+        Inheritance& to = inherited(level - 1);
+        to.seeds = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const std::uint64_t from = group_points * group + group_point(child, corner);
+            const std::uint64_t at = group_points * child_group + corner_point(corner);
+            solution_.distance[level - 1][at] = solution_.distance[level][from];
+            const std::uint32_t nearest = solution_.nearest[level][from];
+            if (level > 1) solution_.nearest[level - 1][at] = nearest;
+            to.add_seed(nearest);
+        }
+        const std::vector<Opened>& opened = opened_[std::size_t(level)];
         double at_centre = infinity;
         for (const Opened& o : opened)
             if (o.level == 0) at_centre = std::min(at_centre, o.distance[child]);
         const double farthest = limit(level, group, child, at_centre);
-        std::vector<Candidate>& list = lists_[level - 1];
-        list.clear();
+        to.candidates.clear();
         for (const Opened& o : opened)
-            if (o.distance[child] < farthest) list.push_back({o.level, o.index, o.distance[child]});
+            if (o.distance[child] < farthest) to.candidates.push_back({o.level, o.index, o.distance[child]});
     }
 
 private:
-    void fill_packet(int level, std::uint64_t group, double step, const double* solved, int count) {
-        static constexpr double outward = 1 + 8 * unit_roundoff;
+    void copy_shared(int level, std::uint64_t group, std::uint64_t neighbour, const SharedPoints& shared) {
+        double* const d = solution_.distance[level].data();
+        for (int i = 0; i < shared.count; ++i)
+            d[group_points * group + shared.own[i]] = d[group_points * neighbour + shared.theirs[i]];
+        if (level == 0) return;
+        std::uint32_t* const n = solution_.nearest[level].data();
+        for (int i = 0; i < shared.count; ++i)
+            n[group_points * group + shared.own[i]] = n[group_points * neighbour + shared.theirs[i]];
+    }
+
+    void fill_packet(int level, std::uint64_t group, std::uint32_t points) {
+        const double step = std::ldexp(1.0, level);
         const Cell parent = morton_decode(octree_.levels[level].parent[group]);
-        packet_.size = (count + lanes - 1) / lanes * lanes;
-        packet_.largest_bound = 0;
-        for (int i = 0; i < packet_.size; ++i) {
-            const int p = shape.inner[std::min(i, count - 1)];
+        packet_.count = std::popcount(points);
+        for (int i = 0; i < (packet_.count + lanes - 1) / lanes * lanes; ++i) {
+            const int p = std::countr_zero(points);
+            if (i + 1 < packet_.count) points &= points - 1;
             const int x = p % 3, y = p / 3 % 3, z = p / 9;
+            packet_.point[i] = p;
             packet_.x[i] = step * (2.0 * parent[0] + x);
             packet_.y[i] = step * (2.0 * parent[1] + y);
             packet_.z[i] = step * (2.0 * parent[2] + z);
-            packet_.from_centre[i] = step * shape.from_centre[p] + slack_;
+            packet_.from_centre[i] = step * root[(x != 1) + (y != 1) + (z != 1)] + slack_;
             packet_.squared[i] = infinity;
-            double bound = infinity;  // D(p) ≤ D(g) + |p − g| for the corners g, if they are known
-            if (count < group_points)
-                for (int c = 0; c < 8; ++c)
-                    bound = std::min(bound, solved[corner_point(c)] + step * shape.from_corner[p][c]);
-            packet_.bound[i] = bound * outward + slack_;
-            packet_.largest_bound = std::max(packet_.largest_bound, packet_.bound[i]);
         }
+    }
+
+    void store(int level, std::uint64_t group) {
+        double* const distance = &solution_.distance[level][group_points * group];
+        for (int i = 0; i < packet_.count; ++i) distance[packet_.point[i]] = std::sqrt(packet_.squared[i]);
+        if (level == 0) return;
+        std::uint32_t* const nearest = &solution_.nearest[level][group_points * group];
+        for (int i = 0; i < packet_.count; ++i) nearest[packet_.point[i]] = std::uint32_t(packet_.nearest[i]);
     }
 
     /// How far from the centre of child c's cube anything that is nearest to a point of the cube can be. Every
@@ -283,8 +412,8 @@ private:
     /// centre is farther than B from all of the cube. `at_centre`: an upper bound on D(centre), besides those
     /// from the corners.
     double limit(int level, std::uint64_t group, int child, double at_centre) const {
-        const double radius = std::sqrt(3.0) * std::ldexp(0.5, level);
-        const double* const known = &distance_[level][group_points * group];
+        const double radius = root[3] * std::ldexp(0.5, level);
+        const double* const known = &solution_.distance[level][group_points * group];
         double least = infinity, most = 0;
         for (int corner = 0; corner < 8; ++corner) {
             least = std::min(least, known[group_point(child, corner)]);
@@ -303,121 +432,102 @@ private:
     /// reach of all.
     void open_node(std::uint32_t level, std::uint32_t index, const ChildCubes& cubes,
                    std::vector<Opened>& out) {
-        const Sphere s = sphere(level, index);
-        double distance[lanes];
-        sphere_distances(cubes.centre, s.x, s.y, s.z, s.radius, distance);
-        bool near = false;
-        for (int c = 0; c < lanes; ++c) near |= distance[c] < cubes.limit[c];
-        if (!near) return;
-        if (level > 0 && s.radius > open_factor * cubes.half) {
-            const std::uint32_t begin = std::uint32_t(TriangleTree::arity) * index;
-            for (std::uint32_t i = begin; i < begin + TriangleTree::arity; ++i)
-                open_node(level - 1, i, cubes, out);
-            return;
-        }
-        Opened& o = out.emplace_back();
-        o.level = level;
-        o.index = index;
+        Opened o{level, index, {}};
         if (level == 0)
             triangle_distances(cubes.centre, tree_.block[index / lanes], index % lanes, o.distance);
         else
-            std::copy(distance, distance + lanes, o.distance);
-    }
-
-    /// Improves the packet by all triangles below the node that can be nearest to one of its points.
-    void visit(std::uint32_t level, std::uint32_t index) {
-        const unsigned points =
-            may_improve(packet_, sphere(level, index));  // none if it is padding, infinitely far
-        if (points == 0) return;
-        if (level == 1) {
-            improve_points(packet_, points, tree_.block[index]);
+            node_distances(cubes.centre, tree_.nodes(level, index), index % lanes, o.distance);
+        bool near = false;
+        for (int c = 0; c < lanes; ++c) near |= o.distance[c] < cubes.limit[c];
+        if (!near) return;
+        if (level > 0 && tree_.nodes(level, index).radius[index % lanes] > open_factor * cubes.half) {
+            const std::uint32_t begin = lanes * index;
+            const std::uint64_t end = std::min<std::uint64_t>(begin + lanes, tree_.count(level - 1));
+            for (std::uint32_t i = begin; i < end; ++i) open_node(level - 1, i, cubes, out);
             return;
         }
-        const std::uint32_t begin = std::uint32_t(TriangleTree::arity) * index;
-        for (std::uint32_t i = begin; i < begin + TriangleTree::arity; ++i) visit(level - 1, i);
+        out.push_back(o);
     }
 
-    void try_triangle(std::uint32_t i, double from_centre) {
-        improve(packet_, tree_.block[i / lanes], i % lanes, from_centre, sphere(0, i));
-    }
-
-    Sphere sphere(std::uint32_t level, std::uint32_t i) const {
-        const auto& s = tree_.levels[level];
-        return {s.x[i], s.y[i], s.z[i], s.radius[i]};
-    }
+    static constexpr double root[4] = {0, 1, std::numbers::sqrt2, std::numbers::sqrt3};
 
     const Octree& octree_;
     const TriangleTree& tree_;
-    std::vector<std::vector<double>>& distance_;
+    Solution& solution_;
     double slack_;  ///< more than the rounding errors of two distances together
     Packet packet_;
-    std::vector<std::vector<Candidate>> lists_;  ///< by level: of the group being solved there
+    Entries entries_;
+    std::vector<Inheritance> inherited_;  ///< by level: of the group being solved there
     std::vector<std::vector<Opened>> opened_;
 };
 
-/// A group whose subtree is still to be solved, with its candidates.
+/// A group whose subtree is still to be solved.
 struct Task {
-    std::uint64_t group;
-    std::vector<Candidate> candidates;
+    std::uint64_t group = 0;
+    Inheritance inheritance;
 };
 
-/// fn(child group) for each subdivided child, with its candidates in list(level − 1).
+/// fn(child, child group) for each subdivided child, after handing it what it inherits.
 template <class F>
 void for_children(Descent& descent, const Octree& octree, int level, std::uint64_t group, F&& fn) {
     descent.open(level, group);
     std::uint64_t child_group = octree.levels[level].first[group];
     for (unsigned mask = octree.levels[level].mask[group]; mask != 0; mask &= mask - 1, ++child_group) {
-        descent.pass_on(level, group, std::countr_zero(mask), child_group);
-        fn(child_group);
+        const int child = std::countr_zero(mask);
+        descent.pass_on(level, group, child, child_group);
+        fn(child, child_group);
     }
 }
 
-/// Solves a group and all below it, depth first.
-void solve_subtree(Descent& descent, const Octree& octree, int level, std::uint64_t group) {
-    descent.solve(level, group);
-    if (level > 0)
-        for_children(descent, octree, level, group, [&](std::uint64_t child_group) {
-            solve_subtree(descent, octree, level - 1, child_group);
-        });
+/// Solves a group and all below it, depth first in Morton order: lower neighbours come before.
+void solve_subtree(Descent& descent, const Octree& octree, int level, const Neighbours& neighbours) {
+    descent.solve(level, neighbours);
+    if (level == 0) return;
+    for_children(descent, octree, level, neighbours[0], [&](int child, std::uint64_t) {
+        solve_subtree(descent, octree, level - 1,
+                      neighbours_of_child(octree.levels[level], neighbours, unsigned(child)));
+    });
 }
 
-constexpr std::uint64_t enough_tasks = 256;
+constexpr std::uint64_t enough_tasks = 64;
 
 }  // namespace
 
 std::vector<std::vector<double>> grid_distances(const Octree& octree, std::span<const Vec3> positions,
                                                 std::span<const Triangle> triangles, const Progress& progress) {
     const TriangleTree tree = make_triangle_tree(positions, triangles, std::ldexp(2.0, octree.depth));
-    std::vector<std::vector<double>> distance;
-    for (const Level& level : octree.levels) distance.emplace_back(group_points * level.groups());
+    Solution solution;
+    for (const Level& level : octree.levels) {
+        solution.distance.emplace_back(group_points * level.groups());
+        solution.nearest.emplace_back(solution.nearest.empty() ? 0 : group_points * level.groups());
+    }
 
-    const std::uint32_t top = std::uint32_t(tree.levels.size() - 1);
     std::vector<Task> tasks(1);
-    for (std::uint32_t i = 0; i < tree.levels[top].size(); ++i)
-        if (tree.levels[top].radius[i] > 0) tasks[0].candidates.push_back({top, i, 0.0});
+    for (std::uint32_t i = 0; i < tree.count(tree.top()); ++i)
+        tasks[0].inheritance.candidates.push_back({tree.top(), i, 0.0});
 
     // Breadth first while there are few groups, then every subtree by itself.
     int level = octree.depth;
     for (; level > 0 && octree.levels[level].groups() < enough_tasks; --level) {
         std::vector<Task> below(octree.levels[level - 1].groups());
         parallel_for(tasks.size(), 1, [&](std::uint64_t i) {
-            Descent descent(octree, tree, distance);
-            descent.list(level) = tasks[i].candidates;
-            descent.solve(level, tasks[i].group);
-            for_children(descent, octree, level, tasks[i].group, [&](std::uint64_t child_group) {
-                below[child_group] = {child_group, descent.list(level - 1)};
+            Descent descent(octree, tree, solution);
+            descent.inherited(level) = tasks[i].inheritance;
+            descent.solve(level, alone(tasks[i].group));
+            for_children(descent, octree, level, tasks[i].group, [&](int, std::uint64_t child_group) {
+                below[child_group] = {child_group, descent.inherited(level - 1)};
             });
         });
         tasks = std::move(below);
     }
     Stage stage(progress, "distance", tasks.size());
     parallel_for(tasks.size(), 1, [&](std::uint64_t i) {
-        Descent descent(octree, tree, distance);
-        descent.list(level) = tasks[i].candidates;
-        solve_subtree(descent, octree, level, tasks[i].group);
+        Descent descent(octree, tree, solution);
+        descent.inherited(level) = tasks[i].inheritance;
+        solve_subtree(descent, octree, level, alone(tasks[i].group));
         stage.advance(1);
     });
-    return distance;
+    return std::move(solution.distance);
 }
 
 }  // namespace its

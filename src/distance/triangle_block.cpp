@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "geometry/vec3.h"
 
@@ -23,64 +24,106 @@ long double dot(const WideVec3& a, const WideVec3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 WideVec3 unit(const WideVec3& a) {
-    const long double length = std::sqrt(dot(a, a));
-    return length > 0 ? WideVec3{a.x / length, a.y / length, a.z / length} : WideVec3{0, 0, 0};
+    const long double squared = dot(a, a), scale = squared > 0 ? 1 / std::sqrt(squared) : 0;
+    return {scale * a.x, scale * a.y, scale * a.z};
 }
-double reciprocal(long double x) {
-    return x > 0 ? double(1 / x) : 0.0;
+/// Some unit vector at right angles to the unit vector v.
+WideVec3 perpendicular(const WideVec3& v) {
+    const long double x = std::abs(v.x), y = std::abs(v.y), z = std::abs(v.z);
+    const WideVec3 axis =
+        x <= y && x <= z ? WideVec3{1, 0, 0} : (y <= z ? WideVec3{0, 1, 0} : WideVec3{0, 0, 1});
+    return unit(cross(v, axis));
+}
+
+/// The corner that the longest edge starts from.
+int start_of_longest_edge(const std::array<Vec3, 3>& corner) {
+    std::array<double, 3> squared{};
+    for (int i = 0; i < 3; ++i) {
+        const Vec3 edge = corner[(i + 1) % 3] - corner[i];
+        squared[i] = dot(edge, edge);
+    }
+    return int(std::max_element(squared.begin(), squared.end()) - squared.begin());
 }
 
 }  // namespace
 
-void set_lane(TriangleBlock& t, std::uint64_t lane, const Vec3& a, const Vec3& b, const Vec3& c) {
+void set_lane(TriangleBlock& t, std::uint64_t lane, const Vec3& p, const Vec3& q, const Vec3& r) {
+    const std::array<Vec3, 3> corner = {p, q, r};
+    const int first = start_of_longest_edge(corner);
+    const Vec3 a = corner[first], b = corner[(first + 1) % 3], c = corner[(first + 2) % 3];
     const auto store = [lane](double(&to)[3][TriangleBlock::lanes], const WideVec3& v) {
         to[0][lane] = double(v.x);
         to[1][lane] = double(v.y);
         to[2][lane] = double(v.z);
     };
-    const WideVec3 ab = wide_difference(b, a), ac = wide_difference(c, a), bc = wide_difference(c, b);
-    for (int axis = 0; axis < 3; ++axis) t.a[axis][lane] = a[axis];
-    store(t.ab, ab);
-    store(t.ac, ac);
-    t.ab_ab[lane] = double(dot(ab, ab));
-    t.ab_ac[lane] = double(dot(ab, ac));
-    t.inverse_ab[lane] = reciprocal(dot(ab, ab));
-    t.inverse_ac[lane] = reciprocal(dot(ac, ac));
-    t.inverse_bc[lane] = reciprocal(dot(bc, bc));
+    const WideVec3 ab = wide_difference(b, a), ac = wide_difference(c, a);
+    const long double ab_length = std::sqrt(dot(ab, ab));
+    const WideVec3 along = ab_length > 0 ? unit(ab) : WideVec3{1, 0, 0};
+    // Rounding of a needle's normal may turn the frame about ab, but leaves it at right angles: c is then off
+    // the plane by 2⁻⁶² of the length at most.
+    WideVec3 across = unit(cross(cross(ab, ac), along));
+    const bool has_area = dot(across, across) > 0;
+    if (!has_area) across = perpendicular(along);
+    const WideVec3 normal = cross(along, across);
 
-    const WideVec3 normal = unit(cross(ab, ac));
-    const WideVec3 in_from_bc = unit(cross(normal, bc));
+    for (int axis = 0; axis < 3; ++axis) t.a[axis][lane] = a[axis];
+    store(t.along, along);
+    store(t.across, across);
     store(t.normal, normal);
-    store(t.in_from_ab, unit(cross(normal, ab)));
-    store(t.in_from_ac, unit(cross(ac, normal)));
-    store(t.in_from_bc, in_from_bc);
-    const bool degenerate = dot(normal, normal) == 0;
-    t.bc_level[lane] = degenerate ? 1.0 : double(dot(in_from_bc, ab));
+    t.first[lane] = std::uint8_t(first);
+    // Without area the triangle is ab. As "edges" ac and bc take ab and ba: no point is on the inner side of
+    // both.
+    const long double cu = has_area ? dot(along, ac) : ab_length, cv = has_area ? dot(across, ac) : 0;
+    const long double wu = has_area ? cu - ab_length : -ab_length;
+    const auto store_edge = [lane](double(&direction)[2][TriangleBlock::lanes],
+                                   double(&length)[TriangleBlock::lanes], long double u, long double v) {
+        const long double norm = std::sqrt(u * u + v * v), scale = norm > 0 ? 1 / norm : 0;
+        direction[0][lane] = norm > 0 ? double(scale * u) : 1.0;
+        direction[1][lane] = double(scale * v);
+        length[lane] = double(norm);
+    };
+    t.ab[lane] = double(ab_length);
+    store_edge(t.unit_ac, t.ac, cu, cv);
+    store_edge(t.unit_bc, t.bc, wu, cv);
 }
 
 std::array<double, 3> barycentric_of_nearest(const TriangleBlock& t, std::uint64_t lane, const Vec3& p) {
-    const auto vector = [&](const double(&v)[3][TriangleBlock::lanes]) {
-        return Vec3{v[0][lane], v[1][lane], v[2][lane]};
+    const auto part = [&](const double(&axis)[3][TriangleBlock::lanes]) {
+        return dot(p - Vec3{t.a[0][lane], t.a[1][lane], t.a[2][lane]},
+                   Vec3{axis[0][lane], axis[1][lane], axis[2][lane]});
     };
-    const Vec3 ab = vector(t.ab), ac = vector(t.ac), ap = p - vector(t.a);
-    // Distances from the edges into the triangle; each barycentric coordinate is one, relative to a corner's.
-    const double from_ab = dot(ap, vector(t.in_from_ab)), from_ac = dot(ap, vector(t.in_from_ac));
-    const double from_bc = dot(ap, vector(t.in_from_bc)) - t.bc_level[lane];
-    if (std::min({from_ab, from_ac, from_bc}) >= 0.0) {
-        const double wa = from_bc / -t.bc_level[lane], wb = from_ac / dot(ab, vector(t.in_from_ac)),
-                     wc = from_ab / dot(ac, vector(t.in_from_ab));
-        const double sum = wa + wb + wc;
-        return {wa / sum, wb / sum, wc / sum};
+    const double u = part(t.along), v = part(t.across), ab = t.ab[lane], w = u - ab;
+    const double acu = t.unit_ac[0][lane], acv = t.unit_ac[1][lane], bcu = t.unit_bc[0][lane],
+                 bcv = t.unit_bc[1][lane];
+    const double in_ac = acv * u - acu * v, in_bc = bcu * v - bcv * w;
+    std::array<double, 3> weight{};  // of a, b, c
+    if (std::min({v, in_ac, in_bc, u, ab - u}) > 0.0) {
+        // Each is the distance from the opposite edge, relative to the corner's.
+        weight = {in_bc / (bcv * ab), in_ac / (acv * ab), v / (acv * t.ac[lane])};
+        const double sum = weight[0] + weight[1] + weight[2];
+        for (double& x : weight) x /= sum;
+    } else {
+        struct {
+            double on, length, inner;
+        } const edge[3] = {
+            {u, ab, v}, {acu * u + acv * v, t.ac[lane], in_ac}, {bcu * w + bcv * v, t.bc[lane], in_bc}};
+        constexpr int ends[3][2] = {{0, 1}, {0, 2}, {1, 2}};
+        double nearest = std::numeric_limits<double>::infinity();
+        const int edges = acv > 0 ? 3 : 1;  // a triangle without area is ab
+        for (int i = 0; i < edges; ++i) {
+            const double on = std::clamp(edge[i].on, 0.0, edge[i].length), beyond = edge[i].on - on;
+            const double squared = edge[i].inner * edge[i].inner + beyond * beyond;
+            if (squared >= nearest) continue;
+            nearest = squared;
+            const double share = edge[i].length > 0 ? on / edge[i].length : 0.0;
+            weight = {};
+            weight[ends[i][0]] = 1 - share;
+            weight[ends[i][1]] = share;
+        }
     }
-    const double d1 = dot(ap, ab), d2 = dot(ap, ac);
-    const double on_ab = std::clamp(d1 * t.inverse_ab[lane], 0.0, 1.0);
-    const double on_ac = std::clamp(d2 * t.inverse_ac[lane], 0.0, 1.0);
-    const double on_bc = std::clamp((d2 - d1 - t.ab_ac[lane] + t.ab_ab[lane]) * t.inverse_bc[lane], 0.0, 1.0);
-    const Vec3 to_ab = ap - on_ab * ab, to_ac = ap - on_ac * ac, to_bc = ap - ab - on_bc * (ac - ab);
-    const double ab2 = dot(to_ab, to_ab), ac2 = dot(to_ac, to_ac), bc2 = dot(to_bc, to_bc);
-    if (ab2 <= ac2 && ab2 <= bc2) return {1 - on_ab, on_ab, 0};
-    if (ac2 <= bc2) return {1 - on_ac, 0, on_ac};
-    return {0, 1 - on_bc, on_bc};
+    std::array<double, 3> result{};
+    for (int i = 0; i < 3; ++i) result[(t.first[lane] + i) % 3] = weight[i];
+    return result;
 }
 
 }  // namespace its

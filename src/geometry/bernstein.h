@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/simd.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 
@@ -15,7 +16,7 @@ struct Sample {
     Vec3 gradient;
 };
 
-inline Sample sample(const double* corners, const Vec3& at) {
+ITS_INLINE Sample sample(const double* corners, const Vec3& at) {
     Sample s{at, 0, {}};
     s.value = trilinear_with_gradient(corners, at, s.gradient);
     return s;
@@ -46,7 +47,7 @@ inline constexpr double control_roundings = 1024;
 /// The restriction of the trilinear function to the triangle is a cubic; its ten control values are the polar
 /// form (blossom) at triples of vertices, and bound it (Farin 1986). b(p,p,q) = f(p) + ∇f(p)·(q − p)/3; the
 /// middle one follows from the value at the centroid, 27 f(c) = Σ b(p,p,p) + 3 Σ b(p,p,q) + 6 b(p,q,r).
-inline Bounds bernstein_bounds(const double* corners, const Sample& p, const Sample& q, const Sample& r) {
+ITS_INLINE Bounds bernstein_bounds(const double* corners, const Sample& p, const Sample& q, const Sample& r) {
     const auto edge = [](const Sample& from, const Sample& to) {
         return from.value + dot(from.gradient, to.at - from.at) / 3.0;
     };
@@ -58,11 +59,16 @@ inline Bounds bernstein_bounds(const double* corners, const Sample& p, const Sam
     const double middle = (27.0 * centre - vertices - 3.0 * edges) / 6.0;
 
     Bounds b;
-    const double low = std::min({p.value, q.value, r.value}), high = std::max({p.value, q.value, r.value});
-    b.least = std::min(low, centre);
-    b.most = std::max(high, centre);
-    b.lower = std::min({low, middle, e[0], e[1], e[2], e[3], e[4], e[5]});
-    b.upper = std::max({high, middle, e[0], e[1], e[2], e[3], e[4], e[5]});
+    const auto smaller = [](double x, double y) { return y < x ? y : x; };
+    const auto larger = [](double x, double y) { return x < y ? y : x; };
+    const double low = smaller(smaller(p.value, q.value), r.value);
+    const double high = larger(larger(p.value, q.value), r.value);
+    b.least = smaller(low, centre);
+    b.most = larger(high, centre);
+    b.lower = smaller(smaller(smaller(low, middle), smaller(e[0], e[1])),
+                      smaller(smaller(e[2], e[3]), smaller(e[4], e[5])));
+    b.upper = larger(larger(larger(high, middle), larger(e[0], e[1])),
+                     larger(larger(e[2], e[3]), larger(e[4], e[5])));
     return b;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/simd.h"
 #include "its/base.h"
 
 /// Trilinear functions on the unit cell; corner values v in the order x + 2y + 4z.
@@ -13,19 +14,19 @@ namespace its {
 /// after two steps it errs by 2·13.6 + 2.54 < 30, as two steps on differences (of size 2V, err 2) by less.
 inline constexpr double trilinear_roundings = 32;
 
-inline double lerp_exact_at_zero(double a, double b, double t) {
+ITS_INLINE double lerp_exact_at_zero(double a, double b, double t) {
     return a + t * (b - a);
 }
 
 /// The function at local coordinates p.
-inline double trilinear(const double* v, const Vec3& p) {
+ITS_INLINE double trilinear(const double* v, const Vec3& p) {
     const auto mix = lerp_exact_at_zero;
     return mix(mix(mix(v[0], v[1], p.x), mix(v[2], v[3], p.x), p.y),
                mix(mix(v[4], v[5], p.x), mix(v[6], v[7], p.x), p.y), p.z);
 }
 
 /// The function and its gradient at local coordinates p.
-inline double trilinear_with_gradient(const double* v, const Vec3& p, Vec3& gradient) {
+ITS_INLINE double trilinear_with_gradient(const double* v, const Vec3& p, Vec3& gradient) {
     const auto mix = lerp_exact_at_zero;
     const double y0z0 = mix(v[0], v[1], p.x), y1z0 = mix(v[2], v[3], p.x);
     const double y0z1 = mix(v[4], v[5], p.x), y1z1 = mix(v[6], v[7], p.x);

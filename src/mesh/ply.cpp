@@ -216,8 +216,9 @@ std::size_t least_bytes(const Element& element) {
     return std::max<std::size_t>(sum, 1);
 }
 
-template <class Data>
-void read_vertices(Data& data, const Element& element, MeshBuilder& mesh, std::uint64_t& done) {
+/// \param mesh  has reserve_vertices() and add_vertex()
+template <class Data, class Vertices>
+void read_vertices(Data& data, const Element& element, Vertices& mesh, std::uint64_t& done) {
     std::vector<int> axis_of;
     int axes = 0;
     for (const Property& p : element.properties) {
@@ -323,7 +324,52 @@ void read_body(Data& data, const Header& header, MeshBuilder& mesh) {
     if (!any_faces) throw InputError("it holds no faces: a cloud of points");
 }
 
+/// Vertices that are no mesh's.
+struct Points {
+    std::vector<Vec3> points;
+
+    void reserve_vertices(std::uint64_t claimed, std::size_t bytes_left, std::size_t bytes_each) {
+        points.reserve(std::min<std::uint64_t>(claimed, bytes_left / bytes_each));
+    }
+    void add_vertex(const Vec3& position) { points.push_back(position); }
+};
+
+template <class Data>
+std::vector<Vec3> read_points(Data& data, const Header& header) {
+    for (const Element& element : header.elements) {
+        const bool vertices = element.name == "vertex";
+        if (element.properties.empty() && !vertices) continue;  // takes no bytes, however many there are
+        Points found;
+        std::uint64_t done = 0;
+        try {
+            if (vertices) {
+                read_vertices(data, element, found, done);
+                return std::move(found.points);
+            }
+            for (; done < element.count; ++done) {
+                for (const Property& p : element.properties) skip_property(data, p);
+            }
+        } catch (const Cut&) {
+            throw InputError(fmt::format("ends in element '{}' number {} of {}: it has been cut", element.name,
+                                         done + 1, element.count));
+        }
+    }
+    throw InputError("has no element 'vertex'");
+}
+
 }  // namespace
+
+std::vector<Vec3> parse_ply_points(std::string_view bytes) {
+    if (!bytes.starts_with("ply")) throw InputError("is not a PLY file");
+    Text text(bytes);
+    const Header header = read_header(text);
+    if (header.format == Format::ascii) {
+        AsciiData data(text);
+        return read_points(data, header);
+    }
+    BinaryData data(text.rest(), header.format == Format::little);
+    return read_points(data, header);
+}
 
 MeshFile parse_ply(std::string_view bytes) {
     MeshBuilder mesh(bytes.size());

@@ -24,6 +24,8 @@ MeshFile parse_obj(std::string_view bytes);
 /// ASCII or binary, whichever it is.
 MeshFile parse_stl(std::string_view bytes);
 MeshFile parse_ply(std::string_view bytes);
+/// The vertices of a PLY file alone, non-finite ones included; the file need not have faces.
+std::vector<Vec3> parse_ply_points(std::string_view bytes);
 MeshFile parse_off(std::string_view bytes);
 /// Loads one file that a .gltf refers to, given its relative path; \throws FileError.
 using LoadSibling = std::function<std::string(const std::string& relative_path)>;

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 
 #include "base/output_file.h"
 #include "geometry/vec3.h"
 #include "its/mesh.h"
+#include "its/version.h"
 #include "mesh/readers.h"
 
 namespace its {
@@ -121,9 +123,9 @@ void check(const Mesh& mesh, bool single_precision) {
         const Vec3 v = mesh.vertices[i];
         for (int axis = 0; axis < 3; ++axis) {
             if (!(std::abs(v[axis]) <= limit)) {
-                throw InputError(
-                    fmt::format("cannot write vertex {}: its coordinate {} is beyond {}", i, v[axis],
-                                single_precision ? "the 32-bit numbers of STL; use .ply" : "all numbers"));
+                throw InputError(fmt::format(
+                    "cannot write vertex {}: its coordinate {} is beyond {}", i, v[axis],
+                    single_precision ? "the 32-bit numbers of STL and GLB; use .ply" : "all numbers"));
             }
         }
     }
@@ -137,7 +139,106 @@ void check(const Mesh& mesh, bool single_precision) {
     }
 }
 
+/// glTF 2.0 names its numbers' types and buffers' uses so.
+constexpr int gltf_float = 5126, gltf_uint32 = 5125, gltf_vertices = 34962, gltf_indices = 34963;
+
+/// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away
+/// that 32 bits would lose more than two of them.
+Vec3 glb_centre(const Box& box) {
+    double size = 0, far = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        size = std::max(size, box.max[axis] - box.min[axis]);
+        far = std::max({far, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    }
+    return far > 4 * size ? 0.5 * (box.min + box.max) : Vec3{};
+}
+
+/// Bounds of all vertices.
+Box bounds_of(std::span<const NamedMesh> meshes) {
+    constexpr double huge = std::numeric_limits<double>::max();
+    Box box{{huge, huge, huge}, {-huge, -huge, -huge}};
+    for (const NamedMesh& named : meshes)
+        for (const Vec3& v : named.mesh->vertices)
+            for (int axis = 0; axis < 3; ++axis) {
+                box.min[axis] = std::min(box.min[axis], v[axis]);
+                box.max[axis] = std::max(box.max[axis], v[axis]);
+            }
+    return box;
+}
+
+/// The JSON of a GLB file whose buffer has each mesh's vertices, then its indices.
+nlohmann::ordered_json glb_json(std::span<const NamedMesh> meshes, const Vec3& centre) {
+    using Json = nlohmann::ordered_json;
+    Json json;
+    json["asset"] = {{"version", "2.0"}, {"generator", "its " ITS_VERSION}};
+    json["scene"] = 0;
+    std::uint64_t offset = 0;
+    const auto add_view = [&](std::uint64_t bytes, int target) {
+        json["bufferViews"].push_back(
+            {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", bytes}, {"target", target}});
+        offset += bytes;
+    };
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const Mesh& mesh = *meshes[i].mesh;
+        const Box box = bounds_of(meshes.subspan(i, 1));
+        Json low = Json::array(), high = Json::array();
+        for (int axis = 0; axis < 3; ++axis) {
+            low.push_back(float(box.min[axis] - centre[axis]));
+            high.push_back(float(box.max[axis] - centre[axis]));
+        }
+        json["accessors"].push_back({{"bufferView", 2 * i},
+                                     {"componentType", gltf_float},
+                                     {"count", mesh.vertices.size()},
+                                     {"type", "VEC3"},
+                                     {"min", low},
+                                     {"max", high}});
+        json["accessors"].push_back({{"bufferView", 2 * i + 1},
+                                     {"componentType", gltf_uint32},
+                                     {"count", 3 * mesh.triangles.size()},
+                                     {"type", "SCALAR"}});
+        add_view(12 * mesh.vertices.size(), gltf_vertices);
+        add_view(12 * mesh.triangles.size(), gltf_indices);
+        Json primitive = {{"attributes", {{"POSITION", 2 * i}}}, {"indices", 2 * i + 1}};
+        json["meshes"].push_back({{"name", meshes[i].name}, {"primitives", Json::array({primitive})}});
+        json["nodes"].push_back({{"name", meshes[i].name}, {"mesh", i}});
+        if (centre != Vec3{}) json["nodes"].back()["translation"] = {centre.x, centre.y, centre.z};
+        json["scenes"][0]["nodes"].push_back(i);
+    }
+    json["buffers"].push_back({{"byteLength", offset}});
+    return json;
+}
+
 }  // namespace
+
+void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path) {
+    std::uint64_t buffer = 0;
+    for (const NamedMesh& named : meshes) {
+        check(*named.mesh, true);
+        if (named.mesh->triangles.empty())
+            throw InputError(fmt::format(
+                "cannot write '{}': a GLB file has no place for a mesh without triangles", path.string()));
+        buffer += 12 * (named.mesh->vertices.size() + named.mesh->triangles.size());
+    }
+    const Vec3 centre = glb_centre(bounds_of(meshes));
+    std::string text = glb_json(meshes, centre).dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const std::uint64_t total = 12 + 8 + text.size() + 8 + buffer;
+    if (meshes.empty() || total > std::numeric_limits<std::uint32_t>::max())
+        throw InputError(fmt::format("cannot write '{}': a GLB file holds 1 byte to 4 GB; write .ply instead",
+                                     path.string()));
+
+    NewFile file(path);
+    file << "glTF";
+    file.raw(std::uint32_t{2}).raw(std::uint32_t(total)).raw(std::uint32_t(text.size()));
+    file << "JSON" << text;
+    file.raw(std::uint32_t(buffer)) << std::string_view("BIN\0", 4);
+    for (const NamedMesh& named : meshes) {
+        for (const Vec3& v : named.mesh->vertices)
+            for (int axis = 0; axis < 3; ++axis) file.raw(float(v[axis] - centre[axis]));
+        for (const auto& [a, b, c] : named.mesh->triangles) file.raw(a).raw(b).raw(c);
+    }
+    file.commit();
+}
 
 void write_mesh(const Mesh& mesh, const std::filesystem::path& path) {
     const std::string extension = lower_extension(path);
@@ -146,9 +247,13 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& path) {
                                             : extension == ".ply" ? write_ply
                                             : extension == ".off" ? write_off
                                                                   : nullptr;
+    if (extension == ".glb") {
+        const NamedMesh named{path.stem().string(), &mesh};
+        return write_glb({&named, 1}, path);
+    }
     if (writer == nullptr) {
-        throw OptionError(
-            fmt::format("cannot write '{}': the extension must be .obj, .stl, .ply or .off", path.string()));
+        throw OptionError(fmt::format("cannot write '{}': the extension must be .obj, .stl, .ply, .off or .glb",
+                                      path.string()));
     }
     check(mesh, writer == write_stl);
     NewFile file(path);

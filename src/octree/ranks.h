@@ -29,10 +29,14 @@ public:
 
     Ranks() : Ranks(std::span<const std::uint8_t>()) {}
     explicit Ranks(std::span<const std::uint8_t> masks) : count_(masks.size()), words_(masks.size() / 8 + 1) {
-        for (std::size_t i = 0; i < count_; ++i)
-            words_[i / 8].masks |= std::uint64_t{masks[i]} << (8 * (i % 8));
-        for (std::size_t w = 1; w < words_.size(); ++w)
-            words_[w].before = words_[w - 1].before + std::uint64_t(std::popcount(words_[w - 1].masks));
+        std::uint64_t before = 0;
+        for (std::size_t w = 0; w < words_.size(); ++w) {
+            const auto eight = masks.subspan(8 * w, std::min<std::size_t>(8, masks.size() - 8 * w));
+            for (std::size_t i = 0; i < eight.size(); ++i)
+                words_[w].masks |= std::uint64_t{eight[i]} << (8 * i);
+            words_[w].before = before;
+            before += std::uint64_t(std::popcount(words_[w].masks));
+        }
     }
 
     std::uint64_t operator[](std::uint64_t i) const { return words_[i / 8].rank(i, 0); }

@@ -28,9 +28,9 @@ Rgb to_rgb(const Lab& c) {
     const double l = cube(c.l + 0.3963377774 * c.a + 0.2158037573 * c.b);
     const double m = cube(c.l - 0.1055613458 * c.a - 0.0638541728 * c.b);
     const double s = cube(c.l - 0.0894841775 * c.a - 1.2914855480 * c.b);
-    return {to_byte(4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s),
-            to_byte(-1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s),
-            to_byte(-0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s)};
+    return to_srgb({4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s,
+                    -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
+                    -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s});
 }
 
 struct Stop {
@@ -51,7 +51,20 @@ Lab at(double t) {
     return from_lch(lightness, chroma, t < 0 ? blue : red);
 }
 
+double to_linear(std::uint8_t byte) {
+    const double v = byte / 255.0;
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
 }  // namespace
+
+Light to_light(const Rgb& colour) {
+    return {to_linear(colour[0]), to_linear(colour[1]), to_linear(colour[2])};
+}
+
+Rgb to_srgb(const Light& light) {
+    return {to_byte(light.x), to_byte(light.y), to_byte(light.z)};
+}
 
 DivergingMap::DivergingMap() : table_(2 * half_table + 1) {
     for (std::size_t i = 0; i < table_.size(); ++i) {

@@ -13,6 +13,7 @@ namespace its {
 namespace {
 
 constexpr double small = 15, normal = 16.5, title = 30;  // em sizes, units
+constexpr double row_height = 26;                        // units
 
 /// ASCII digits and signs of an exponent as superscripts.
 std::string superscript(int exponent) {
@@ -75,7 +76,7 @@ std::string count_text(std::uint64_t value) {
     return text;
 }
 
-void draw_axes(const Pen& pen, const View& view, const Plane& plane) {
+void draw_axes(const Pen& pen, const View& view, const PlaneText& text) {
     const PixelRect& r = view.rect;
     const double step = nice_step(view.pixel * std::max(r.width, r.height) / 7);
     const double tick = 6 * pen.unit;
@@ -95,26 +96,25 @@ void draw_axes(const Pen& pen, const View& view, const Plane& plane) {
         pen.type.write(pen.image, tick_text(i * step, step, largest), {x - 1.6 * tick, y + 0.36 * size}, size,
                        pale_ink, Weight::regular, Align::right);
     }
-    static constexpr std::string_view names[] = {"x", "y", "z"};
-    pen.type.write(pen.image, names[plane.right], {double(r.x + r.width), r.y + r.height + 2.9 * size},
+    pen.type.write(pen.image, text.right, {double(r.x + r.width), r.y + r.height + 2.9 * size},
                    normal * pen.unit, ink, Weight::medium, Align::right);
-    pen.type.write(pen.image, names[plane.up], {r.x - 1.6 * tick, r.y - 0.5 * size}, normal * pen.unit, ink,
+    pen.type.write(pen.image, text.up, {r.x - 1.6 * tick, r.y - 0.5 * size}, normal * pen.unit, ink,
                    Weight::medium, Align::right);
 }
 
-double draw_facts(const Pen& pen, const ShellInfo& info, const Plane& plane, double at, double x, double y,
+double facts_height(const PlaneText& text) {
+    return 1.72 * title + 20 + row_height * double(text.normal.empty() ? 9 : 10) + 28;
+}
+
+double draw_facts(const Pen& pen, const ShellInfo& info, const PlaneText& text, double x, double y,
                   double width) {
-    static constexpr std::string_view names[] = {"x", "y", "z"};
     const double u = pen.unit;
     pen.type.write(pen.image, "Implicit thin shell", {x, y + 0.74 * title * u}, title * u, ink, Weight::medium);
     y += 1.72 * title * u;
-    pen.type.write(pen.image,
-                   fmt::format("f on the plane {} = {}, at {:.4g} % of the bounds", names[plane.axis],
-                               number_text(plane.position), 100 * at),
-                   {x, y}, normal * u, pale_ink);
+    pen.type.write(pen.image, text.title, {x, y}, normal * u, pale_ink);
     y += 20 * u;
 
-    const std::pair<std::string, std::string> rows[] = {
+    std::vector<std::pair<std::string, std::string>> rows = {
         {"Depth K", fmt::format("{}", info.depth)},
         {"Cell width w", number_text(info.cell_width)},
         {"Sign", std::string(name(info.sign))},
@@ -125,12 +125,13 @@ double draw_facts(const Pen& pen, const ShellInfo& info, const Plane& plane, dou
         {"Triangles", count_text(info.mesh_triangles)},
         {"Surface cells", count_text(info.surface_cells)},
     };
+    if (!text.normal.empty()) rows.insert(rows.begin(), {"Normal n", text.normal});
     for (const auto& [label, value] : rows) {
         pen.rule(x, y, width);
         pen.type.write(pen.image, label, {x, y + 18.5 * u}, normal * u, pale_ink);
         pen.type.write(pen.image, value, {x + width, y + 18.5 * u}, normal * u, ink, Weight::medium,
                        Align::right);
-        y += 26 * u;
+        y += row_height * u;
     }
     pen.rule(x, y, width);
     return y + 28 * u;

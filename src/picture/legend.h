@@ -28,12 +28,22 @@ std::string number_text(double value, int digits = 4);
 /// "33 926": groups of three digits, with thin spaces.
 std::string count_text(std::uint64_t value);
 
+/// How a plane is described in a picture.
+struct PlaneText {
+    std::string right, up;  ///< names of the picture's axes
+    std::string title;      ///< "f on the plane z = 0.25, at 50 % of the extent"
+    std::string normal;     ///< "(0.5, 0.5, 0.7071)", or nothing if the title says it
+};
+
 /// Ticks and coordinates along the left and lower side of a plot.
-void draw_axes(const Pen& pen, const View& view, const Plane& plane);
+void draw_axes(const Pen& pen, const View& view, const PlaneText& text);
 
 /// Title and table of facts; returns the y below it. x, y, width: the column, in pixels.
-double draw_facts(const Pen& pen, const ShellInfo& info, const Plane& plane, double at, double x, double y,
+double draw_facts(const Pen& pen, const ShellInfo& info, const PlaneText& text, double x, double y,
                   double width);
+
+/// The height that draw_facts() takes, in units.
+double facts_height(const PlaneText& text);
 
 /// The colour bar for |f| ≤ range·s; returns the y below it.
 double draw_colour_bar(const Pen& pen, const DivergingMap& colours, bool has_inside, double range, double x,

@@ -17,21 +17,23 @@ constexpr std::uint64_t rows_per_chunk = 16;
 /// The least slope that contours are drawn with: they have their width wherever f is steeper than this.
 constexpr double flat = 0.01;
 
-/// Squares fade out where they become as small as a few pixels: lines that fill the plane would hide it.
+/// Cells fade out where they become as small as a few pixels: lines that fill the plane would hide it.
 double fading(double pixels) {
     return std::clamp((pixels - 3) / 6, 0.0, 1.0);
 }
 
-Coverage draw_cells(const std::vector<CellSquare>& cells, const View& view, const PlotStyle& style) {
+Coverage draw_cells(const std::vector<CellSection>& cells, const View& view, const PlotStyle& style) {
     Coverage coverage(view.rect.width, view.rect.height);
     if (style.cell_alpha == 0) return coverage;
-    for (const CellSquare& cell : cells) {
+    for (const CellSection& cell : cells) {
         const double strength = fading(cell.width / view.pixel);
         if (strength == 0) continue;
-        const Point2 a = view.to_pixels(cell.min);
-        const Point2 b = view.to_pixels({cell.min.x + cell.width, cell.min.y + cell.width});
-        for (const Segment& side : {Segment{a, {b.x, a.y}}, {{b.x, a.y}, b}, {b, {a.x, b.y}}, {{a.x, b.y}, a}})
-            coverage.line(side, style.cell_width, strength);
+        Point2 from = view.to_pixels(cell.corner[std::size_t(cell.corners) - 1]);
+        for (int i = 0; i < cell.corners; ++i) {
+            const Point2 to = view.to_pixels(cell.corner[std::size_t(i)]);
+            coverage.line({from, to}, style.cell_width, strength);
+            from = to;
+        }
     }
     return coverage;
 }
@@ -153,7 +155,7 @@ double band_coverage(double f, double slope, double lower, double upper) {
 }
 
 void plot(Image& image, const ThinShell& shell, const Plane& plane, const std::vector<Segment>& section,
-          const std::vector<CellSquare>& cells, const View& view, const PlotStyle& style,
+          const std::vector<CellSection>& cells, const View& view, const PlotStyle& style,
           const DivergingMap& colours) {
     const Coverage grid = draw_cells(cells, view, style);
     const Coverage mesh = draw_section(section, view, style.mesh_width);

@@ -44,7 +44,7 @@ double band_coverage(double f, double slope, double lower, double upper);
 
 /// Draws into view.rect, in parallel; the same for any number of threads.
 void plot(Image& image, const ThinShell& shell, const Plane& plane, const std::vector<Segment>& section,
-          const std::vector<CellSquare>& cells, const View& view, const PlotStyle& style,
+          const std::vector<CellSection>& cells, const View& view, const PlotStyle& style,
           const DivergingMap& colours);
 
 }  // namespace its

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/parallel.h"
 #include "its/picture.h"
@@ -29,7 +32,22 @@ constexpr double contour_spacing = 0.05;  // of s
 /// The inset shows this many thicknesses of the shell, or cells if that is more.
 constexpr double inset_thicknesses = 5, inset_cells = 2.5;
 
+void check_mesh(const Mesh& mesh) {
+    if (mesh.triangles.empty()) throw InputError("the mesh to draw has no triangles");
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            if (v >= mesh.vertices.size() || !finite(mesh.vertices[v]))
+                throw InputError(
+                    "the mesh to draw has an index out of range or a coordinate that is not finite");
+}
+
 void check(const SliceOptions& options) {
+    if (options.mesh) check_mesh(*options.mesh);
+    if (options.normal && (!finite(*options.normal) || *options.normal == Vec3{}))
+        throw OptionError("the normal of the plane must be finite and not zero");
+    if (options.through && !finite(*options.through))
+        throw OptionError("the point of the plane must be finite");
+
     if (options.axis < 0 || options.axis > 2)
         throw OptionError(fmt::format("axis {}: must be 0, 1 or 2", options.axis));
     if (!(options.at >= 0 && options.at <= 1))
@@ -45,8 +63,29 @@ struct Window {
     double width, height;
 };
 
-Window choose_window(const Box& bounds, const Plane& plane, double scale) {
-    const Point2 low = plane.project(bounds.min), high = plane.project(bounds.max);
+/// The plane that the options ask for. \param extent  of the shell's mesh, along the plane's axes
+Plane place(Plane plane, const Box& extent, const SliceOptions& options) {
+    plane.offset =
+        options.through ? plane.height(*options.through) : std::lerp(extent.min.z, extent.max.z, options.at);
+    return plane;
+}
+
+PlaneText describe(const Plane& plane, const SliceOptions& options) {
+    constexpr std::string_view names[] = {"x", "y", "z"};
+    const std::string at = options.through ? "" : fmt::format(", at {:.4g} % of the extent", 100 * options.at);
+    const std::string offset = number_text(plane.offset);
+    if (options.normal) {
+        const auto& [x, y, z] = plane.normal;
+        return {"u", "v", fmt::format("f on the plane n·x = {}{}", offset, at),
+                fmt::format("({}, {}, {})", number_text(x), number_text(y), number_text(z))};
+    }
+    const int axis = options.axis;
+    return {std::string(names[axis == 0]), std::string(names[axis == 2 ? 1 : 2]),
+            fmt::format("f on the plane {} = {}{}", names[axis], offset, at), ""};
+}
+
+Window choose_window(const Box& extent, double scale) {
+    const Vec3 &low = extent.min, &high = extent.max;
     Window window{{low.x + 0.5 * (high.x - low.x), low.y + 0.5 * (high.y - low.y)},
                   high.x - low.x + 2 * surround * scale,
                   high.y - low.y + 2 * surround * scale};
@@ -79,7 +118,7 @@ struct Scene {
     const ThinShell& shell;
     Plane plane;
     std::vector<Segment> section;
-    std::vector<CellSquare> cells;
+    std::vector<CellSection> cells;
     DivergingMap colours;
 };
 
@@ -132,11 +171,17 @@ void draw_inset(const Pen& pen, const Scene& scene, const Window& window, const 
 
 Image draw(const ThinShell& shell, const SliceOptions& options) {
     const ShellInfo& info = shell.info();
-    const Box box = bounds(shell.mesh());
-    const Plane plane = make_plane(box, options.axis, options.at);
-    const Scene scene{
-        shell, plane, mesh_section(shell.mesh(), box, plane), cell_section(shell.data(), plane), {}};
-    const Window window = choose_window(box, plane, info.scale);
+    const Plane facing = options.normal ? normal_plane(*options.normal) : axis_plane(options.axis);
+    const Box box = extent(shell.mesh(), facing);
+    const Plane plane = place(facing, box, options);
+    const PlaneText text = describe(plane, options);
+    const Mesh& mesh = options.mesh ? *options.mesh : shell.mesh();
+    const Scene scene{shell,
+                      plane,
+                      mesh_section(mesh, plane, 0.5 * box.min.z + 0.5 * box.max.z),
+                      cell_section(shell.data(), plane),
+                      {}};
+    const Window window = choose_window(box, info.scale);
 
     const double unit = std::max(options.size / 1000.0, min_unit);
     const auto whole = [&](double units) { return int(std::lround(units * unit)); };
@@ -147,7 +192,7 @@ Image draw(const ThinShell& shell, const SliceOptions& options) {
     const int column = rect.x + rect.width + whole(gap);
 
     // The column has all but the inset a fixed height, and the inset goes down to the plot's lower side.
-    constexpr double text_height = 1.72 * 30 + 20 + 9 * 26 + 28 + 10 + 16 + 52 + 28 + 12;
+    const double text_height = facts_height(text) + 10 + 16 + 52 + 28 + 12;
     const int height = std::max(rect.height, whole(text_height + min_inset_height));
     rect.y += (height - rect.height) / 2;
     Image image{
@@ -164,11 +209,11 @@ Image draw(const ThinShell& shell, const SliceOptions& options) {
     const View view = make_view(rect, window.centre, window.width);
     plot(image, shell, plane, scene.section, scene.cells, view, style, scene.colours);
     outline(image, rect, pen.pixels(1), pale_ink);
-    draw_axes(pen, view, plane);
+    draw_axes(pen, view, text);
 
     const double x = column, width = column_width * unit;
     const bool has_inside = info.sign != SignRule::unsigned_rule;
-    double y = draw_facts(pen, info, plane, options.at, x, margin * unit, width);
+    double y = draw_facts(pen, info, text, x, margin * unit, width);
     y = draw_colour_bar(pen, scene.colours, has_inside, colour_range, x, y, width);
     y = draw_key(pen, info, x, y, width);
     const int top = int(std::lround(y + 8 * unit));

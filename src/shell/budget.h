@@ -18,10 +18,19 @@ struct BuildSize {
 /// Bytes at the peak of a build of this size.
 std::uint64_t build_bytes(const BuildSize& size);
 
+/// What the expected size depends on. Lengths in units of the lattice's scale.
+struct MeshMeasure {
+    std::uint64_t triangles = 0;
+    double area = 0, perimeter = 0;
+    double needles = 0;  ///< perimeter of triangles that are much longer than wide
+};
+MeshMeasure measure(const Mesh& mesh);
+
 /// The expected size at a depth. A flat piece of area A and perimeter P meets 1 + ¾P + 1½A cells of a lattice
 /// in random position (principal kinematic formula; lengths in cell widths): this gives the pairs. Triangles
 /// smaller than a cell share it: the cells are 1½A with a third for bends, and ¾P of needles, and at most the
 /// pairs.
+BuildSize estimate_size(const MeshMeasure& mesh, int depth);
 BuildSize estimate_size(const Mesh& mesh, int depth);
 
 /// Refuses builds that would take more than `limit` bytes.
@@ -33,11 +42,15 @@ public:
     /// \throws MemoryError if a build of this size exceeds the limit
     void check(const BuildSize& size) const;
 
-    /// The numbers found at a level, of which each below has at least twice as many. \throws MemoryError
+    /// \throws MemoryError if a build of the expected size does
+    void check_expected() const { check(estimate_size(mesh_, depth_)); }
+
+    /// The numbers found at level `level` + 1, before those of `level` are taken. \throws MemoryError if the
+    /// finest level, by the least growth that the mesh lets expect, would exceed the limit.
     void check_level(int level, std::uint64_t cells, std::uint64_t pairs) const;
 
 private:
-    const Mesh& mesh_;
+    MeshMeasure mesh_;
     int depth_;
     std::uint64_t limit_;
 };

@@ -101,7 +101,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         const auto [sign, reason] = choose_sign(report, options);
         const int depth = options.depth ? *options.depth : automatic_depth(mesh, options.max_memory);
         const MemoryBudget budget(mesh, depth, options.max_memory);
-        budget.check(estimate_size(mesh, depth));
+        budget.check_expected();
 
         auto shell = std::make_shared<ShellData>();
         shell->mesh = {std::vector(mesh.vertices), std::vector(mesh.triangles)};
@@ -153,6 +153,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
         shell->info.extrema = options.extrema;
         shell->info.solver = options.solver;
         shell->info.rounding = shell->lattice.width * extremes.rounding;
+        shell->info.input_hash = input_hash(mesh, options);
         spent.total = total.seconds();
         if (times) *times = spent;
         return ThinShell(std::move(shell));

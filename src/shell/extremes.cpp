@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "base/rounding.h"
+#include "base/simd.h"
 #include "geometry/bernstein.h"
 #include "geometry/clip.h"
 #include "shell/candidates.h"
@@ -20,9 +21,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Bounds nothing{infinity, -infinity, infinity, -infinity};
 constexpr std::uint64_t group_grain = 256;
 constexpr std::uint64_t cell_grain = 16384;
-constexpr std::uint64_t batch = 64;          // cells refined between two updates of the attained extremes
-constexpr std::size_t max_pieces = 1 << 17;  // of a cell; beyond it the bounds reached so far stand
-constexpr int max_halvings = 48;             // likewise; edges are then 2⁻⁴⁸ cells, far below the gap
+constexpr std::uint64_t refined_at_once = 64;  // cells refined between two updates of the attained extremes
+constexpr std::size_t max_pieces = 1 << 17;    // of a cell; beyond it the bounds reached so far stand
+constexpr int max_halvings = 48;               // likewise; edges are then 2⁻⁴⁸ cells, far below the gap
 
 /// Roundings, of coordinates below 17/16 < 2, that the halvings add to a piece's vertices, in units of u.
 constexpr double roundings_of_halvings = 2 * max_halvings;
@@ -187,9 +188,9 @@ void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::v
     }
     std::sort(open.begin(), open.end());
     Stage stage(progress, "extremes, refined", open.size());
-    std::vector<Bounds> refined(batch);
-    for (std::uint64_t begin = 0; begin < open.size(); begin += batch) {
-        const std::uint64_t count = std::min<std::uint64_t>(batch, open.size() - begin);
+    std::vector<Bounds> refined(refined_at_once);
+    for (std::uint64_t begin = 0; begin < open.size(); begin += refined_at_once) {
+        const std::uint64_t count = std::min<std::uint64_t>(refined_at_once, open.size() - begin);
         // The attained extremes are fixed during a batch: results do not depend on the threads.
         parallel_for(count, 1, [&](std::uint64_t i) {
             const std::uint64_t c = open[begin + i].second;
@@ -246,37 +247,106 @@ struct Pass {
     }
 };
 
-/// The Bernstein hull of f on M in one cell. Empty (lower > upper) where voxelisation took a cell to be on the
-/// safe side and M does not come near it.
-Bounds hull(const Surface& surface, const CellView& view) {
-    Bounds b = nothing;
-    surface.for_polygons(view, [&](const Polygon& polygon) {
-        for_fan(view.value.data(), polygon, [&](const Sample& p, const Sample& q, const Sample& r) {
-            b.include(bernstein_bounds(view.value.data(), p, q, r));
-        });
-    });
-    return b;
+constexpr int lanes = 8;
+
+/// Eight triangles of polygons' fans, with the corner values of their cells.
+struct alignas(64) FanBatch {
+    double corner[8][lanes];
+    double p[3][lanes], q[3][lanes], r[3][lanes];
+    double lower[lanes], upper[lanes], least[lanes], most[lanes];
+    std::uint64_t cell[lanes];
+    int size = 0;
+
+    void add(const CellView& view, const Vec3& a, const Vec3& b, const Vec3& c) {
+        for (int i = 0; i < 8; ++i) corner[i][size] = view.value[i];
+        for (int axis = 0; axis < 3; ++axis) {
+            p[axis][size] = a[axis];
+            q[axis][size] = b[axis];
+            r[axis][size] = c[axis];
+        }
+        cell[size++] = view.cell;
+    }
+};
+
+/// The Bernstein hulls of all eight lanes.
+ITS_CLONES void bound_batch(FanBatch& batch) {
+    for (int i = 0; i < lanes; ++i) {
+        const double corners[8] = {batch.corner[0][i], batch.corner[1][i], batch.corner[2][i],
+                                   batch.corner[3][i], batch.corner[4][i], batch.corner[5][i],
+                                   batch.corner[6][i], batch.corner[7][i]};
+        const Sample p = sample(corners, {batch.p[0][i], batch.p[1][i], batch.p[2][i]});
+        const Sample q = sample(corners, {batch.q[0][i], batch.q[1][i], batch.q[2][i]});
+        const Sample r = sample(corners, {batch.r[0][i], batch.r[1][i], batch.r[2][i]});
+        const Bounds b = bernstein_bounds(corners, p, q, r);
+        batch.lower[i] = b.lower;
+        batch.upper[i] = b.upper;
+        batch.least[i] = b.least;
+        batch.most[i] = b.most;
+    }
 }
 
-/// Bounds every surface cell.
+/// Collects the bounds of one chunk of cells, eight triangles at a time.
+class ChunkBounds {
+public:
+    ChunkBounds(std::vector<double>& lower, std::vector<double>& upper, Pass& pass)
+        : lower_(lower), upper_(upper), pass_(pass) {}
+
+    void add(const CellView& view, const Polygon& polygon) {
+        const Vec3 apex = polygon.vertex(0);
+        Vec3 last = polygon.vertex(std::min(1, polygon.size - 1));
+        if (polygon.size < 3) add(view, apex, last, last);
+        for (int i = 2; i < polygon.size; ++i) {
+            const Vec3 next = polygon.vertex(i);
+            add(view, apex, last, next);
+            last = next;
+        }
+    }
+
+    void flush() {
+        bound_batch(batch_);  // lanes past the end hold earlier triangles, or nothing yet
+        for (int i = 0; i < batch_.size; ++i) {
+            const std::uint64_t c = batch_.cell[i];
+            lower_[c] = std::min(lower_[c], batch_.lower[i]);
+            upper_[c] = std::max(upper_[c], batch_.upper[i]);
+            pass_.least = std::min(pass_.least, batch_.least[i]);
+            pass_.most = std::max(pass_.most, batch_.most[i]);
+        }
+        batch_.size = 0;
+    }
+
+private:
+    void add(const CellView& view, const Vec3& a, const Vec3& b, const Vec3& c) {
+        batch_.add(view, a, b, c);
+        if (batch_.size == lanes) flush();
+    }
+
+    std::vector<double>& lower_;
+    std::vector<double>& upper_;
+    Pass& pass_;
+    FanBatch batch_{};
+};
+
+/// Bounds every surface cell by the Bernstein hull of f on M in it. Empty (lower > upper) where voxelisation
+/// took a cell to be on the safe side and M does not come near it.
 Pass bound_cells(const Surface& surface, std::vector<double>& lower, std::vector<double>& upper,
                  const Progress& progress) {
     const Level& level = surface.level();
     Stage stage(progress, "extremes", level.groups());
     std::vector<Pass> parts(chunk_count(level.groups(), group_grain));
     for_chunks(level.groups(), group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        Pass& pass = parts[chunk];
+        ChunkBounds bounds(lower, upper, pass);
         for (std::uint64_t group = begin; group < end; ++group) {
             std::uint64_t cell = level.first[group];
             for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
                 const CellView view = surface.view(group, std::countr_zero(mask), cell);
-                const Bounds b = hull(surface, view);
-                lower[cell] = b.lower;
-                upper[cell] = b.upper;
-                Pass found{.least = b.least, .most = b.most, .steepness = {}};
-                found.steepness.include(view.value.data());
-                parts[chunk].include(found);
+                lower[cell] = infinity;
+                upper[cell] = -infinity;
+                pass.steepness.include(view.value.data());
+                surface.for_polygons(view, [&](const Polygon& polygon) { bounds.add(view, polygon); });
             }
         }
+        bounds.flush();
         stage.advance(end - begin);
     });
     Pass all;

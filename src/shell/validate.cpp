@@ -83,42 +83,38 @@ void check_mesh(const MeshArrays& mesh, const Lattice& lattice) {
     });
 }
 
-/// The sizes of the level's arrays, and its codes.
-void check_level(const Octree& octree, int k) {
+void check_level_sizes(const Octree& octree, int k) {
     const Level& level = octree.levels[std::size_t(k)];
-    const std::uint64_t groups = level.groups();
-    require(level.mask.size() == groups && level.first.size() == groups + 1,
+    require(level.mask.size() == level.groups() && level.first.size() == level.groups() + 1,
             "arrays of level {} differ in size", k);
-    require(groups > 0, "level {} is empty", k);
-    // Parents are cells of level k+1, of which there are 2^(K−k) a side.
-    const std::uint64_t codes = std::uint64_t{1} << (3 * (octree.depth - k));
-    require_all(groups, fmt::format("level {}: group", k), [&](std::uint64_t i) {
-        return (level.parent[i] < codes) && (i == 0 || level.parent[i - 1] < level.parent[i]);
-    });
+    require(level.groups() > 0, "level {} is empty", k);
 }
 
-/// Groups of level k−1 are the marked children of level k, in order.
+/// Groups of level k−1 are the marked children of level k, in order; so their codes ascend, and lie in the
+/// root, if those of level k do.
 void check_links(const Octree& octree, int k) {
     const Level& level = octree.levels[std::size_t(k)];
     const Level& finer = octree.levels[std::size_t(k) - 1];
-    require(level.first.back() == finer.groups(), "level {} does not match the level below", k);
-    require_all(level.groups(), fmt::format("level {}: children of group", k), [&](std::uint64_t i) {
-        std::uint64_t group = level.first[i];
-        bool good = true;
-        for (unsigned left = level.mask[i]; left != 0; left &= left - 1) {
-            const auto child = std::uint64_t(std::countr_zero(left));
-            good &= finer.parent[group++] == (level.parent[i] << 3 | child);
-        }
-        return good;
-    });
+    require(level.first.back() == finer.groups(), "level {} does not match level {} in size", k - 1, k);
+    require_all(level.groups(), fmt::format("level {} in level {}: children of group", k - 1, k),
+                [&](std::uint64_t i) {
+                    std::uint64_t group = level.first[i];
+                    bool good = true;
+                    for (unsigned left = level.mask[i]; left != 0; left &= left - 1) {
+                        const auto child = std::uint64_t(std::countr_zero(left));
+                        good &= finer.parent[group++] == (level.parent[i] << 3 | child);
+                    }
+                    return good;
+                });
 }
 
 void check_octree(const ShellData& shell) {
     const Octree& octree = shell.octree;
     require(octree.depth == shell.lattice.depth && octree.levels.size() == std::size_t(octree.depth) + 1,
             "{} levels at depth {}", octree.levels.size(), shell.lattice.depth);
-    for (int k = octree.depth; k >= 0; --k) check_level(octree, k);
-    require(octree.levels.back().groups() == 1, "the root has {} groups", octree.levels.back().groups());
+    for (int k = octree.depth; k >= 0; --k) check_level_sizes(octree, k);
+    require(octree.levels.back().groups() == 1 && octree.levels.back().parent[0] == 0,
+            "level {} is not the root's eight children", octree.depth);
     for (int k = octree.depth; k > 0; --k) check_links(octree, k);
     require(octree.surface_cells() > 0, "no cell meets the mesh");
 }

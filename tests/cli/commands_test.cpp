@@ -71,6 +71,109 @@ TEST_F(Commands, BuildJson) {
     EXPECT_EQ(built["file_bytes"], std::filesystem::file_size(shell));
 }
 
+TEST_F(Commands, AnUnchangedBuildDoesNothing) {
+    const json built = run_json({"build", mesh, "-o", shell, "--depth", "5"});
+    EXPECT_EQ(built["unchanged"], false);
+    const auto written = std::filesystem::last_write_time(shell);
+    json again = run_json({"build", mesh, "-o", shell, "--depth", "5", "--threads", "1"});
+    EXPECT_EQ(again["unchanged"], true);
+    EXPECT_EQ(again["seconds"]["total"], 0);
+    EXPECT_EQ(std::filesystem::last_write_time(shell), written);
+    for (json object : {built, again}) object.erase("seconds"), object.erase("unchanged");
+    again["unchanged"] = built["unchanged"];
+    again["seconds"] = built["seconds"];
+    EXPECT_EQ(again, built);
+    const Result text = run({"build", mesh, "-o", shell, "--depth", "5"});
+    EXPECT_EQ(text.status, 0);
+    EXPECT_THAT(text.out, HasSubstr("Unchanged"));
+
+    EXPECT_EQ(run_json({"build", mesh, "-o", shell, "--depth", "5", "--force"})["unchanged"], false);
+    EXPECT_NE(std::filesystem::last_write_time(shell), written);
+}
+
+TEST_F(Commands, AnyChangeIsBuilt) {
+    const std::string other = shop.add("other.obj", zoo::sphere({1, 2, 3}, 2.0000001, 3));
+    const std::vector<std::vector<std::string>> builds = {
+        {mesh, "--depth", "4"},
+        {mesh, "--depth", "3"},
+        {mesh, "--depth", "3", "--sign", "unsigned"},
+        {mesh, "--depth", "3", "--sign", "unsigned", "--extrema", "candidates"},
+        {mesh, "--depth", "3", "--sign", "unsigned", "--solver", "lscg"},
+        {other, "--depth", "3", "--sign", "unsigned", "--solver", "lscg"},
+        {mesh, "--depth", "auto"},
+        {mesh, "--depth", "auto", "--max-memory", "1G"},
+    };
+    for (std::vector<std::string> arguments : builds) {
+        arguments.insert(arguments.begin(), "build");
+        arguments.insert(arguments.end(), {"-o", shell});
+        EXPECT_EQ(run_json(arguments)["unchanged"], false) << testing::PrintToString(arguments);
+        EXPECT_EQ(run_json(arguments)["unchanged"], true) << testing::PrintToString(arguments);
+    }
+}
+
+/// The ball has radius 2 around (1, 2, 3).
+TEST_F(Commands, QueryWritesCodes) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "5"}).status, 0);
+    const std::string points = shop.add("points.csv", "x,y,z\n1,2,3\n1,2,5\n9,9,9\nnan,0,0\n");
+    const std::string codes = shop.path("codes.npy"), table = shop.path("table.csv");
+    const json asked = run_json({"query", shell, points, "-o", codes});
+    EXPECT_EQ(asked["points"], 4);
+    EXPECT_EQ(asked["counts"], json({{"inside", 1}, {"on_surface", 1}, {"outside", 1}, {"not_finite", 1}}));
+    EXPECT_GE(asked["seconds"]["query"].get<double>(), 0);
+    EXPECT_EQ(content(codes).substr(128), std::string("\xff\x00\x01\x02", 4));
+    EXPECT_THAT(content(codes), HasSubstr("|i1"));
+
+    ASSERT_EQ(
+        run({"query", shell, points, "-o", table, "--value", "--gradient", "--closest", "--quick"}).status, 0);
+    std::istringstream lines(content(table));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(
+        line,
+        "x,y,z,code,value,gradient_x,gradient_y,gradient_z,closest_x,closest_y,closest_z,distance,triangle");
+    std::getline(lines, line);
+    EXPECT_THAT(line, StartsWith("1,2,3,-1,-1.9"));
+    std::getline(lines, line);
+    EXPECT_THAT(line, StartsWith("1,2,5,0,"));
+    std::getline(lines, line);
+    EXPECT_THAT(line, StartsWith("9,9,9,1,"));
+    std::getline(lines, line);
+    EXPECT_EQ(line, "nan,0,0,2,nan,nan,nan,nan,nan,nan,nan,nan,-1");
+
+    const json thick = run_json({"query", shell, points, "-o", codes, "--mode", "shell"});
+    EXPECT_EQ(thick["counts"], json({{"inside", 1}, {"on_shell", 1}, {"outside", 1}, {"not_finite", 1}}));
+}
+
+TEST_F(Commands, QueryRefusesBadPoints) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string bad = shop.add("bad.xyz", "1 2 3\n1 2\n"), out = shop.path("out.npy");
+    const auto expect_error = [&](const std::vector<std::string>& arguments, const std::string& part) {
+        const Result result = run(arguments);
+        EXPECT_EQ(result.status, 2);
+        EXPECT_THAT(result.error, StartsWith("its: error: "));
+        EXPECT_THAT(result.error, HasSubstr(part));
+        EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1);
+        EXPECT_FALSE(std::filesystem::exists(out));
+    };
+    expect_error({"query", shell, bad, "-o", out}, "bad.xyz: line 2: three numbers");
+    expect_error({"query", shell, mesh, "-o", out}, ".npy, .csv, .xyz and .ply");
+    expect_error({"query", shell, bad, "-o", shop.path("out.txt")}, ".npy, .csv, .xyz and .ply");
+    expect_error({"query", mesh, bad, "-o", out}, "ball.obj");
+    expect_error({"query", shell, shop.path("missing.npy"), "-o", out}, "missing.npy");
+}
+
+TEST_F(Commands, ABrokenShellIsBuiltAgain) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string good = content(shell);
+    for (std::size_t at = 0; at < good.size(); at += good.size() / 40) {
+        std::string bad = good;
+        bad[at] = char(bad[at] ^ 4);
+        std::ofstream(shell, std::ios::binary) << (at % 3 ? bad : bad.substr(0, at));
+        EXPECT_EQ(run_json({"build", mesh, "-o", shell, "--depth", "3"})["unchanged"], false) << at;
+        EXPECT_EQ(content(shell), good);
+    }
+}
+
 TEST_F(Commands, InfoSaysWhatBuildSaid) {
     const json built = run_json({"build", mesh, "-o", shell, "--depth", "4", "--sign", "unsigned"});
     const json info = run_json({"info", shell});
@@ -120,6 +223,56 @@ TEST_F(Commands, SliceWritesAPng) {
     expect_fields(slice, {"/file", "/width", "/height", "/axis", "/at"});
     EXPECT_GE(slice["width"], 128);
     EXPECT_THAT(content(picture), StartsWith("\x89PNG"));
+}
+
+TEST_F(Commands, SliceOnAnyPlane) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "4"}).status, 0);
+    const std::string picture = shop.path("ball.png");
+    const json slice = run_json({"slice", shell, "-o", picture, "--normal", "1,-1,0.5", "--through", "-1,2,3",
+                                 "--mesh", mesh, "--size", "128"});
+    EXPECT_EQ(slice["normal"], json({1, -1, 0.5}));
+    EXPECT_EQ(slice["through"], json({-1, 2, 3}));
+    EXPECT_FALSE(slice.contains("axis"));
+    for (const std::vector<std::string>& wrong :
+         std::vector<std::vector<std::string>>{{"--normal", "1,2"},
+                                               {"--normal", "0,0,0"},
+                                               {"--normal", "1,2,nan"},
+                                               {"--normal", "1,2,3,4"},
+                                               {"--normal", "1,0,0", "--axis", "x"},
+                                               {"--through", "0,0,0", "--at", "0.5"},
+                                               {"--mesh", "/nowhere.obj"}}) {
+        std::vector<std::string> arguments = {"slice", shell, "-o", picture};
+        arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+        const Result result = run(arguments);
+        EXPECT_EQ(result.status, 2) << wrong[1];
+        EXPECT_THAT(result.error, StartsWith("its: error: "));
+        EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << result.error;
+    }
+}
+
+TEST_F(Commands, RenderWritesAPng) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string picture = shop.path("render.png");
+    const json render = run_json({"render", shell, "-o", picture, "--size", "256", "--samples", "1", "--view",
+                                  "-40,10", "--cut", "30,0.6", "--up", "y"});
+    EXPECT_EQ(render["width"], 256);
+    EXPECT_THAT(content(picture), StartsWith("\x89PNG"));
+    for (const char* wrong : {"30", "30,95", "a,b", "1,2,3"})
+        EXPECT_EQ(run({"render", shell, "-o", picture, "--view", wrong}).status, 2) << wrong;
+}
+
+TEST_F(Commands, ViewWritesAPageOrRefuses) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
+    const std::string page = shop.path("ball.html");
+    const Result result = run({"view", shell, "-o", page, "--samples", "16", "--json"});
+    if (result.status == 0) {
+        EXPECT_THAT(content(page), HasSubstr("\"title\":\"ball\""));
+        EXPECT_EQ(json::parse(result.out)["file_bytes"], std::filesystem::file_size(page));
+    } else {  // built without npm
+        EXPECT_EQ(result.status, 2);
+        EXPECT_THAT(result.error, HasSubstr("npm"));
+        EXPECT_FALSE(std::filesystem::exists(page));
+    }
 }
 
 TEST_F(Commands, ReportsForPeople) {

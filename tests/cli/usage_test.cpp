@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-const std::vector<std::string> commands = {"build", "info", "check", "verify", "slice"};
+const std::vector<std::string> commands = {"build", "info", "check", "verify", "query", "slice"};
 
 void expect_refused(const Result& result, const std::string& reason) {
     EXPECT_EQ(result.status, 2);

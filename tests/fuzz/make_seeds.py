@@ -101,5 +101,14 @@ def threemf():
                 archive.writestr(zipfile.ZipInfo(part, (2020, 1, 1, 0, 0, 0)), text, method)
 
 
-for make in (obj, stl, ply, off, gltf, threemf):
+def points():
+    """The first byte chooses the reader."""
+    text = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }".ljust(117) + "\n"
+    put("points/npy", b"\0\x93NUMPY\x01\0" + struct.pack("<H", len(text)) + text.encode() + struct.pack("<6d", *range(6)))
+    put("points/csv", "\1z,x,y,name\n1,2,3,a\n\"4\";5;+6e0;b\n")
+    put("points/xyz", "\2# c\n1 2 3\n4 5 6 7\n")
+    put("points/ply", b"\3" + (SEEDS / "ply/binary_little_endian.ply").read_bytes())
+
+
+for make in (obj, stl, ply, off, gltf, threemf, points):
     make()

@@ -1,1 +1,3 @@
-target_link_libraries(test_picture PRIVATE PNG::PNG)
+find_package(nlohmann_json REQUIRED)
+find_package(ZLIB REQUIRED)
+target_link_libraries(test_picture PRIVATE PNG::PNG ZLIB::ZLIB nlohmann_json::nlohmann_json)

@@ -31,6 +31,13 @@ const ThinShell& sphere_shell() {
     return shell;
 }
 
+/// Halfway through the mesh's extent, or at another fraction of it.
+Plane middle_plane(const Mesh& mesh, Plane plane, double at = 0.5) {
+    const Box box = extent(mesh, plane);
+    plane.offset = std::lerp(box.min.z, box.max.z, at);
+    return plane;
+}
+
 bool is_blue(const Rgb& c) {
     return c[2] > c[0] + 20;
 }
@@ -48,12 +55,11 @@ struct PlainPlot {
     Image image;
 
     PlainPlot(const ThinShell& shell, int size, PlotStyle style, double radius = 1.3) {
-        const Box box = bounds(shell.mesh());
-        plane = make_plane(box, 2, 0.5);
+        plane = middle_plane(shell.mesh(), axis_plane(2));
         view = make_view({0, 0, size, size}, {1, 2}, 2 * radius);
         image = {size, size, std::vector<std::uint8_t>(3 * std::size_t(size) * std::size_t(size), 255)};
-        plot(image, shell, plane, mesh_section(shell.mesh(), box, plane), cell_section(shell.data(), plane),
-             view, style, DivergingMap());
+        plot(image, shell, plane, mesh_section(shell.mesh(), plane, 0), cell_section(shell.data(), plane), view,
+             style, DivergingMap());
     }
     Rgb at(double x, double y) const {
         const Point2 p = view.to_pixels({x, y});
@@ -89,7 +95,7 @@ TEST(Plot, ContoursLieAtTheirLevels) {
     // On a convex mesh ε₁ may be 0; a torus has all three levels.
     const ThinShell shell = build_at(zoo::torus(1, 0.4, 48, 24), 5);
     ASSERT_LT(shell.info().epsilon_inner, 0);
-    const Plane plane = make_plane(bounds(shell.mesh()), 2, 0.5);
+    const Plane plane = middle_plane(shell.mesh(), axis_plane(2));
     const View near = make_view({0, 0, 600, 600}, {0.6, 0}, 0.3);
     Image image{600, 600, std::vector<std::uint8_t>(3 * 600 * 600, 255)};
     plot(image, shell, plane, {}, {}, near, {.range = 1, .contour_width = 3}, DivergingMap());
@@ -117,9 +123,8 @@ TEST(Plot, BandCoverageIsTheShareOfThePixel) {
 
 TEST(Section, IsExactAndClosed) {
     const Mesh mesh = zoo::box({0, 0, 0}, {2, 4, 8});
-    const Box box = bounds(mesh);
     for (const double at : {0.0, 0.25, 0.5, 1.0}) {  // the box's faces, too
-        const std::vector<Segment> section = mesh_section(mesh, box, make_plane(box, 2, at));
+        const std::vector<Segment> section = mesh_section(mesh, middle_plane(mesh, axis_plane(2), at), 4);
         double length = 0;
         for (const Segment& s : section) {
             for (const Point2& p : {s.a, s.b}) {
@@ -133,13 +138,80 @@ TEST(Section, IsExactAndClosed) {
     }
 }
 
+double polygon_area(const CellSection& c) {
+    double twice = 0;
+    for (int i = 0; i < c.corners; ++i) {
+        const Point2 &a = c.corner[std::size_t(i)], &b = c.corner[std::size_t((i + 1) % c.corners)];
+        twice += (a.x - c.corner[0].x) * (b.y - c.corner[0].y) - (b.x - c.corner[0].x) * (a.y - c.corner[0].y);
+    }
+    return 0.5 * twice;
+}
+
 TEST(Section, LeafCellsTileThePlane) {
     const ThinShell& shell = sphere_shell();
-    const Plane plane = make_plane(bounds(shell.mesh()), 1, 0.3);
     double area = 0;
-    for (const CellSquare& c : cell_section(shell.data(), plane)) area += c.width * c.width;
+    for (const CellSection& c : cell_section(shell.data(), middle_plane(shell.mesh(), axis_plane(1), 0.3))) {
+        EXPECT_EQ(c.corners, 4);
+        EXPECT_DOUBLE_EQ(polygon_area(c), c.width * c.width);
+        area += polygon_area(c);
+    }
     const double side = 2 * shell.info().scale;
     EXPECT_DOUBLE_EQ(area, side * side);
+}
+
+TEST(Section, LeafCellsTileAnObliquePlane) {
+    // Through the centre of a cube of side a and across its diagonal: a regular hexagon of side a/√2.
+    const ThinShell& shell = sphere_shell();
+    double area = 0;
+    int most = 0;
+    for (const CellSection& c :
+         cell_section(shell.data(), middle_plane(shell.mesh(), normal_plane({1, 1, 1})))) {
+        area += polygon_area(c);
+        most = std::max(most, c.corners);
+    }
+    const double side = 2 * shell.info().scale;
+    EXPECT_NEAR(area, 0.75 * std::sqrt(3.0) * side * side,
+                1e-3 * side * side);  // the box is not quite the root's
+    EXPECT_EQ(most, 6);
+}
+
+TEST(Section, ObliquePlanesHaveOrthonormalAxes) {
+    for (const Vec3& n : {Vec3{1, 2, 3}, {-1e200, 1e200, 3e199}, {0, 0, -5}, {1e-300, 0, 0}, {0, -2, 0}}) {
+        const Plane p = normal_plane(n);
+        for (const Vec3& v : {p.normal, p.right, p.up}) EXPECT_NEAR(norm(v), 1, 1e-15);
+        EXPECT_NEAR(dot(p.right, p.normal), 0, 1e-15);
+        EXPECT_NEAR(dot(p.up, p.normal), 0, 1e-15);
+        EXPECT_EQ(p.right.z, 0);
+        EXPECT_GE(p.up.z, 0);
+        const Vec3 handed = cross(p.right, p.up);  // the normal points at the viewer
+        EXPECT_NEAR(dot(handed, p.normal), 1, 1e-15);
+    }
+}
+
+TEST(Section, NormalsAlongAnAxisGiveItsPlane) {
+    for (const int axis : {0, 2}) {
+        Vec3 normal;
+        normal[axis] = 5;
+        const Plane a = axis_plane(axis), b = normal_plane(normal);
+        EXPECT_EQ(a.normal, b.normal);
+        EXPECT_EQ(a.right, b.right);
+        EXPECT_EQ(a.up, b.up);
+    }
+}
+
+TEST(Section, ObliqueSectionOfABall) {
+    // Every corner lies on the ball's edges: at distance ≤ 1 from its centre, and on the plane.
+    const Mesh ball = zoo::sphere({1, 2, 3}, 1, 4);
+    Plane plane = normal_plane({3, -1, 2});
+    plane.offset = plane.height({1, 2, 3}) + 0.6;
+    const Point2 centre = plane.project({1, 2, 3});
+    const std::vector<Segment> section = mesh_section(ball, plane, 0);
+    double length = 0;
+    for (const Segment& s : section) {
+        EXPECT_NEAR(std::hypot(s.a.x - centre.x, s.a.y - centre.y), 0.8, 0.01);
+        length += std::hypot(s.b.x - s.a.x, s.b.y - s.a.y);
+    }
+    EXPECT_NEAR(length, 2 * M_PI * 0.8, 0.02);
 }
 
 TEST(Colour, DivergesEvenly) {
@@ -191,6 +263,26 @@ TEST(Slice, RefusesOptionsOutOfRange) {
     EXPECT_THROW(slice(shell, {.size = 63}), OptionError);
     EXPECT_THROW(slice(shell, {.size = 8193}), OptionError);
     EXPECT_THROW(slice(shell, {.threads = -1}), OptionError);
+    EXPECT_THROW(slice(shell, {.normal = Vec3{}}), OptionError);
+    EXPECT_THROW(slice(shell, {.normal = Vec3{0, NAN, 1}}), OptionError);
+    EXPECT_THROW(slice(shell, {.through = Vec3{INFINITY, 0, 1}}), OptionError);
+    const Mesh none, wild{{{0, 0, 0}}, {{0, 0, 1}}}, endless{{{0, 0, 0}, {1, 0, 0}, {0, NAN, 0}}, {{0, 1, 2}}};
+    for (const Mesh* mesh : {&none, &wild, &endless}) EXPECT_THROW(slice(shell, {.mesh = mesh}), InputError);
+}
+
+TEST(Slice, DrawsTheSectionOfAnotherMesh) {
+    const Mesh small = zoo::sphere({1, 2, 3}, 0.5, 4);
+    const Image own = slice(sphere_shell(), {.size = 300});
+    const Image other = slice(sphere_shell(), {.mesh = &small, .size = 300});
+    const auto dark_in_the_middle = [](const Image& image) {
+        int dark = 0;
+        for (int y = image.height / 2 - 70; y < image.height / 2 + 70; ++y)
+            for (int x = 127; x < 267; ++x) dark += is_dark(pixel(image, x, y));
+        return dark;
+    };
+    EXPECT_LT(dark_in_the_middle(own), 10);
+    EXPECT_GT(dark_in_the_middle(other), 200);
+    EXPECT_EQ(own.rgb.size(), other.rgb.size());
 }
 
 TEST(Slice, SameBytesForAnyNumberOfThreads) {

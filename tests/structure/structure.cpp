@@ -16,8 +16,9 @@ namespace fs = std::filesystem;
 
 /// From the bottom up. A module includes itself and those of lower layers, never a sibling in its own layer.
 const std::vector<std::vector<std::string>> layers = {
-    {"base"},     {"geometry"}, {"mesh"},  {"octree"},
-    {"distance"}, {"field"},    {"shell"}, {"query", "surface", "simplify", "verify", "picture", "io"},
+    {"base"},           {"geometry"}, {"mesh"},  {"octree"},
+    {"distance"},       {"field"},    {"shell"}, {"query", "surface", "simplify", "verify", "io", "points"},
+    {"picture", "vdb"},
 };
 
 /// What verify may include of other modules: the arrays of a shell, and arithmetic too small to be wrong.
@@ -93,11 +94,11 @@ std::string first_folder(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-/// Public headers belong to the module of their name; version.h to the lowest.
+/// Public headers belong to the module of their name; version.h to the lowest, view.h to picture.
 std::string module_of_include(const std::string& name) {
     if (first_folder(name) != "its") return first_folder(name);
     const std::string stem = fs::path(name).stem().string();
-    return stem == "version" ? "base" : stem;
+    return stem == "version" ? "base" : stem == "view" ? "picture" : stem;
 }
 
 /// What is wrong with one include of a file in `module`, or nothing.

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "its/shell.h"
+
+/// Level sets of f as triangle meshes, and proven to wrap M where asked.
+namespace its {
+
+enum class SurfaceSide : std::uint8_t {
+    outer,  ///< around M: the level set at ε₂, moved outward until proven to enclose M
+    inner,  ///< inside M: the level set at ε₁, moved inward until proven to be enclosed
+    zero,   ///< f = 0, near M; crosses M, hence never certified
+};
+
+/// "outer", "inner", "zero".
+std::string_view name(SurfaceSide side);
+
+struct SurfaceOptions {
+    SurfaceSide side = SurfaceSide::outer;
+    /// Extract at this value of f, in mesh units, and do not move it. Empty: the side's own level.
+    std::optional<double> level = {};
+    /// Cells along the scale s, 1 to 65536. 0: the shell's own finest lattice, 2^depth, on which f is
+    /// trilinear and level sets are exact on lattice edges.
+    int resolution = 0;
+    /// Bound f over every triangle and, unless `level` is given, move the level by the smallest change that
+    /// keeps the surface off M. Without it the level is the side's own and the surface may touch M.
+    bool certify = true;
+    bool measure = false;  ///< measure SurfaceReport::to_mesh and from_mesh: costs about as much again
+    int threads = 0;       ///< 0: all. The result is the same bytes for any number
+    Progress progress = {};
+};
+
+/// What is known of a surface. Lengths and values of f in mesh units.
+struct SurfaceReport {
+    SurfaceSide side = SurfaceSide::outer;
+    double level = 0;        ///< the value of f that was extracted
+    bool empty = false;      ///< f does not take this level: no triangles
+    bool certified = false;  ///< proven: disjoint from M and, by side, enclosing all of M or enclosed by it
+    /// Proven distance between the values of f on the surface and on M: min f − ε₂ outside, ε₁ − max f inside;
+    /// > 0 iff certified. 0 for an empty surface or without `certify`.
+    double margin = 0;
+    /// Proven: lowest ≤ f ≤ highest on every point of the mesh, rounding included. With `certify` only.
+    double lowest = 0, highest = 0;
+    std::string reason;  ///< one sentence where empty or not certified, else empty
+    /// For an empty inner surface: a depth that is expected to give one, or 0 if none up to max_depth is.
+    int depth_wanted = 0;
+    double cell_width = 0;    ///< of the lattice it was extracted on
+    std::uint64_t cells = 0;  ///< lattice cells that the surface runs through
+    /// Measured one-sided Hausdorff distances, at vertices and centroids of triangles: from the surface to M,
+    /// and from M to the surface. With `measure` only.
+    std::optional<double> to_mesh = {}, from_mesh = {};
+    double seconds = 0, seconds_measure = 0;  ///< wall clock: extraction with certificate; measuring
+};
+
+struct Surface {
+    /// Closed, 2-manifold, oriented towards growing f (outward), without self-intersections or degenerate
+    /// triangles. Vertices are doubles on lattice edges (rare ones inside cells).
+    Mesh mesh;
+    SurfaceReport report;
+};
+
+/// The level set of f. Without inside (sign rule unsigned) the outer surface runs around both sides of M, and
+/// the others are empty.
+/// \throws OptionError (resolution or threads out of range, level not finite, or a level set that leaves the
+///         root cube), MemoryError, Cancelled.
+Surface extract_surface(const ThinShell& shell, const SurfaceOptions& options = {});
+
+}  // namespace its

@@ -1,0 +1,39 @@
+#include <xxhash.h>
+
+#include <memory>
+#include <new>
+#include <span>
+
+#include "its/shell.h"
+#include "its/version.h"
+
+namespace its {
+
+std::array<std::uint64_t, 2> input_hash(const Mesh& mesh, const BuildOptions& options) {
+    constexpr std::uint64_t automatic = ~std::uint64_t{0};
+    // Everything that build() makes a difference of; the memory only where it may limit the depth.
+    const std::uint64_t numbers[] = {
+        options.depth ? std::uint64_t(*options.depth) : automatic,
+        options.sign ? std::uint64_t(*options.sign) : automatic,
+        std::uint64_t(options.extrema),
+        std::uint64_t(options.solver),
+        options.depth ? 0 : options.max_memory,
+        mesh.vertices.size(),
+        mesh.triangles.size(),
+    };
+    const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), XXH3_freeState);
+    if (!state) throw std::bad_alloc();
+    XXH3_128bits_reset(state.get());
+    const auto add = [&](const auto& array) {
+        const auto bytes = std::as_bytes(std::span(array));
+        XXH3_128bits_update(state.get(), bytes.data(), bytes.size());
+    };
+    add(ITS_VERSION);
+    add(numbers);
+    add(mesh.vertices);
+    add(mesh.triangles);
+    const XXH128_hash_t hash = XXH3_128bits_digest(state.get());
+    return {hash.low64, hash.high64};
+}
+
+}  // namespace its

@@ -1,0 +1,229 @@
+#include "surface/level_cells.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/parallel.h"
+
+namespace its {
+
+namespace {
+
+constexpr std::uint64_t min_tasks = 256;  // groups at the level where the work is divided
+constexpr int neighbours = 27;            // dx + 3 dy + 9 dz, each of dx, dy, dz in {0, 1, 2}; 13 is the cell
+constexpr int itself = 13;
+
+/// Of a cell of level j and the 26 around it: the group of level j − 1 that has its children, or no_group.
+using Around = std::array<std::uint64_t, neighbours>;
+
+/// Where the neighbours of each child are: which neighbour of the parent, and which child of that.
+struct ChildTable {
+    std::uint8_t neighbour[8][neighbours], child[8][neighbours];
+
+    constexpr ChildTable() : neighbour{}, child{} {
+        for (int c = 0; c < 8; ++c)
+            for (int n = 0; n < neighbours; ++n) {
+                const int offset[3] = {n % 3, n / 3 % 3, n / 9};
+                int parent = 0, place = 0, stride = 1;
+                for (int axis = 0; axis < 3; ++axis, stride *= 3) {
+                    const int at = (c >> axis & 1) + offset[axis] + 1;  // 1 to 4: half cells from the corner
+                    parent += stride * (at / 2);                        // of neighbour 0
+                    place += (at & 1) << axis;
+                }
+                neighbour[c][n] = std::uint8_t(parent);
+                child[c][n] = std::uint8_t(place);
+            }
+    }
+};
+constexpr ChildTable child_table;
+
+/// The points of a neighbour that are also the cell's: their number, and pairs (its point, our point).
+struct SharedPoints {
+    std::uint8_t count[neighbours], theirs[neighbours][group_points], ours[neighbours][group_points];
+
+    constexpr SharedPoints() : count{}, theirs{}, ours{} {
+        for (int n = 0; n < neighbours; ++n)
+            for (int p = 0; p < group_points; ++p) {
+                const int x = p % 3 - 2 * (n % 3 - 1), y = p / 3 % 3 - 2 * (n / 3 % 3 - 1),
+                          z = p / 9 - 2 * (n / 9 - 1);
+                if (x < 0 || x > 2 || y < 0 || y > 2 || z < 0 || z > 2) continue;
+                theirs[n][count[n]] = std::uint8_t(x + 3 * y + 9 * z);
+                ours[n][count[n]++] = std::uint8_t(p);
+            }
+    }
+};
+constexpr SharedPoints shared_points;
+
+/// The 27 points of a cell's children from its 8 corners: means along x, then y, then z, so that a point on a
+/// face or edge depends on that face's or edge's corners alone, in the same way for all cells that share it.
+void halve(const double* corner, double* point) {
+    for (int c = 0; c < 8; ++c) point[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)] = corner[c];
+    for (int z = 0; z <= 18; z += 18)
+        for (int y = 0; y <= 6; y += 6) point[1 + y + z] = 0.5 * (point[y + z] + point[2 + y + z]);
+    for (int z = 0; z <= 18; z += 18)
+        for (int x = 0; x < 3; ++x) point[x + 3 + z] = 0.5 * (point[x + z] + point[x + 6 + z]);
+    for (int i = 9; i < 18; ++i) point[i] = 0.5 * (point[i - 9] + point[i + 9]);
+}
+
+class Finder {
+public:
+    Finder(const Octree& octree, const Field& field, double low, double high)
+        : octree_(octree), field_(field), low_(low), high_(high) {}
+
+    /// The cells in children of a group, which are cells of `level`: in all of them, or in those only that are
+    /// not subdivided.
+    void visit_group(int level, std::uint64_t group, bool all, std::vector<LevelCell>& found) const {
+        const std::uint64_t parent = octree_.levels[level].parent[group];
+        const Around around = around_cell(level + 1, morton_decode(parent));
+        visit_children(level + 1, morton_decode(parent), around, all, found);
+    }
+
+private:
+    /// By search from the root's groups.
+    Around around_cell(int level, const Cell& at) const {
+        Around around;
+        const std::uint32_t side = octree_.depth + 1 >= level ? 1u << (octree_.depth + 1 - level) : 0;
+        for (int n = 0; n < neighbours; ++n) {
+            const Cell other = {at[0] + std::uint32_t(n % 3) - 1, at[1] + std::uint32_t(n / 3 % 3) - 1,
+                                at[2] + std::uint32_t(n / 9) - 1};
+            const bool exists = other[0] < side && other[1] < side && other[2] < side;  // −1 wraps around
+            around[std::size_t(n)] = exists ? octree_.find(level - 1, morton_encode(other)) : no_group;
+        }
+        return around;
+    }
+
+    Around around_child(int level, const Around& parent, int child) const {
+        Around around;
+        const Level& cells = octree_.levels[level - 1];
+        for (std::size_t n = 0; n < neighbours; ++n) {
+            const std::uint64_t group = parent[child_table.neighbour[child][n]];
+            const int place = child_table.child[child][n];
+            around[n] = group == no_group || !(cells.mask[group] >> place & 1)
+                            ? no_group
+                            : cells.first[group] +
+                                  std::uint64_t(std::popcount(cells.mask[group] & ((1u << place) - 1)));
+        }
+        return around;
+    }
+
+    static Cell child_of(const Cell& at, int child) {
+        return {2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + std::uint32_t(child >> 2)};
+    }
+
+    /// A subdivided cell.
+    void visit_children(int level, const Cell& at, const Around& around, bool all,
+                        std::vector<LevelCell>& found) const {
+        const std::uint64_t group = around[itself];
+        const double* const points = field_.values[level - 1].data() + group_points * group;
+        if (level == 1) return keep_crossed(at, points, found);
+        const unsigned mask = octree_.levels[level - 1].mask[group];
+        for (int c = 0; c < 8; ++c) {
+            const bool subdivided = mask >> c & 1;
+            if (subdivided && !all) continue;
+            const Around around_c = around_child(level, around, c);
+            if (subdivided)
+                visit_children(level - 1, child_of(at, c), around_c, true, found);
+            else
+                visit_leaf(level - 1, child_of(at, c), around_c, points, c, found);
+        }
+    }
+
+    /// Child `child` of 27 points: a cell that is not subdivided, or a lattice cell in one.
+    void visit_leaf(int level, const Cell& at, const Around& around, const double* points, int child,
+                    std::vector<LevelCell>& found) const {
+        double corner[8];
+        for (int c = 0; c < 8; ++c) corner[c] = points[group_point(child, c)];
+        // Finer hats reach into a cell only from subdivided cells around it; without them f is trilinear.
+        const bool reached =
+            std::any_of(around.begin(), around.end(), [](std::uint64_t g) { return g != no_group; });
+        if (!reached && !crossed(corner)) return;
+        double halved[group_points];
+        halve(corner, halved);
+        if (reached) insert_grid_values(level, around, halved);
+        if (level == 1) return keep_crossed(at, halved, found);
+        for (int c = 0; c < 8; ++c) {
+            const Around around_c = reached ? around_child(level, around, c) : around;
+            visit_leaf(level - 1, child_of(at, c), around_c, halved, c, found);
+        }
+    }
+
+    void insert_grid_values(int level, const Around& around, double* halved) const {
+        for (std::size_t n = 0; n < neighbours; ++n) {
+            if (around[n] == no_group) continue;
+            const double* const points = field_.values[level - 1].data() + group_points * around[n];
+            for (int i = 0; i < shared_points.count[n]; ++i)
+                halved[shared_points.ours[n][i]] = points[shared_points.theirs[n][i]];
+        }
+    }
+
+    bool crossed(const double* corner) const {
+        double least = corner[0], most = corner[0];
+        for (int c = 1; c < 8; ++c) {
+            least = std::min(least, corner[c]);
+            most = std::max(most, corner[c]);
+        }
+        return least < high_ && most >= low_;
+    }
+
+    /// Of the eight finest cells with these points.
+    void keep_crossed(const Cell& parent, const double* points, std::vector<LevelCell>& found) const {
+        if (!crossed_any(points)) return;
+        for (int child = 0; child < 8; ++child) {
+            LevelCell cell;
+            for (int c = 0; c < 8; ++c) cell.value[std::size_t(c)] = points[group_point(child, c)];
+            if (!crossed(cell.value.data())) continue;
+            cell.at = child_of(parent, child);
+            found.push_back(cell);
+        }
+    }
+
+    bool crossed_any(const double* points) const {
+        double least = points[0], most = points[0];
+        for (int p = 1; p < group_points; ++p) {
+            least = std::min(least, points[p]);
+            most = std::max(most, points[p]);
+        }
+        return least < high_ && most >= low_;
+    }
+
+    const Octree& octree_;
+    const Field& field_;
+    const double low_, high_;
+};
+
+/// A group to visit.
+struct Task {
+    int level;
+    std::uint64_t group;
+};
+
+}  // namespace
+
+std::vector<LevelCell> find_level_cells(const Octree& octree, const Field& field, double low, double high,
+                                        const Progress& progress) {
+    int split = octree.depth;
+    while (split > 0 && octree.levels[split].groups() < min_tasks) --split;
+    std::vector<Task> tasks;
+    for (int level = split; level <= octree.depth; ++level)
+        for (std::uint64_t group = 0; group < octree.levels[level].groups(); ++group)
+            tasks.push_back({level, group});
+
+    Stage stage(progress, "surface cells", tasks.size());
+    std::vector<std::vector<LevelCell>> found(tasks.size());
+    const Finder finder(octree, field, low, high);
+    parallel_for(tasks.size(), 1, [&](std::uint64_t i) {
+        finder.visit_group(tasks[i].level, tasks[i].group, tasks[i].level == split, found[i]);
+        stage.advance(1);
+    });
+
+    std::vector<std::uint64_t> begin(tasks.size() + 1, 0);
+    for (std::size_t i = 0; i < tasks.size(); ++i) begin[i + 1] = begin[i] + found[i].size();
+    std::vector<LevelCell> cells(begin.back());
+    parallel_for(tasks.size(), 1, [&](std::uint64_t i) {
+        std::copy(found[i].begin(), found[i].end(), cells.begin() + std::ptrdiff_t(begin[i]));
+        std::vector<LevelCell>().swap(found[i]);
+    });
+    return cells;
+}
+
+}  // namespace its

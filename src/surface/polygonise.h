@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+
+#include "its/mesh.h"
+#include "surface/cell_surface.h"
+
+/// The mesh of a level set from the cells it runs through.
+namespace its {
+
+/// \param cells  all cells that the level set runs through, each once; others among them are skipped
+/// \returns vertices and triangles in the order of the cells
+/// \throws OptionError if there are more than 2³² − 1 vertices, or the level set reaches the root cube's
+/// boundary
+Mesh polygonise(const SurfaceFrame& frame, std::span<const LevelCell> cells, const Progress& progress);
+
+/// \throws OptionError that says so.
+[[noreturn]] void refuse_open_level();
+
+}  // namespace its

@@ -1,0 +1,303 @@
+#include <oneapi/tbb/parallel_sort.h>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "base/rounding.h"
+#include "geometry/clip.h"
+#include "geometry/vec3.h"
+#include "surface/level_source.h"
+#include "surface/polygonise.h"
+
+namespace its {
+
+namespace {
+
+constexpr std::uint64_t cell_grain = 1024, triangle_grain = 256;
+
+std::uint64_t key_of(const Cell& at) {
+    return at[0] | std::uint64_t{at[1]} << 21 | std::uint64_t{at[2]} << 42;
+}
+Cell cell_of(std::uint64_t key) {
+    return {std::uint32_t(key & 0x1fffff), std::uint32_t(key >> 21 & 0x1fffff), std::uint32_t(key >> 42)};
+}
+
+/// Cells of a lattice whose cells are `ratio` finest cells wide, as index ranges [low, high].
+struct CellRange {
+    std::array<std::uint32_t, 3> low, high;
+};
+
+/// Keys of the cells of the coarser or finer lattice in which one finest cell may take a level.
+class Overlap {
+public:
+    Overlap(const LevelCell& cell, double ratio, std::uint32_t side, double low, double high,
+            std::vector<std::uint64_t>& keys)
+        : cell_(cell), ratio_(ratio), low_(low), high_(high), keys_(keys) {
+        CellRange all;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            all.low[axis] = index(std::floor((cell.at[axis] - slack) / ratio), side);
+            all.high[axis] = index(std::floor((cell.at[axis] + 1 + slack) / ratio), side);
+        }
+        visit(all);
+    }
+
+private:
+    /// In finest cells, and relative to values: far more than the rounding of any position or value here; cells
+    /// too many do no harm, and what should still be missed is found from its neighbours.
+    static constexpr double slack = 0x1p-20;
+
+    static std::uint32_t index(double i, std::uint32_t side) {
+        return std::uint32_t(std::clamp(i, 0.0, double(side - 1)));
+    }
+
+    void visit(const CellRange& range) {
+        if (!crossed(range)) return;
+        std::size_t longest = 0;
+        for (std::size_t axis = 1; axis < 3; ++axis)
+            if (range.high[axis] - range.low[axis] > range.high[longest] - range.low[longest]) longest = axis;
+        if (range.high[longest] == range.low[longest]) return keys_.push_back(key_of(range.low));
+        const std::uint32_t middle = range.low[longest] + (range.high[longest] - range.low[longest]) / 2;
+        CellRange half = range;
+        half.high[longest] = middle;
+        visit(half);
+        half = range;
+        half.low[longest] = middle + 1;
+        visit(half);
+    }
+
+    /// Whether f, trilinear in the finest cell, may take a level in its part in the range.
+    bool crossed(const CellRange& range) const {
+        Vec3 from, to;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto a = std::size_t(axis);
+            from[axis] = std::clamp(range.low[a] * ratio_ - cell_.at[a] - slack, 0.0, 1.0);
+            to[axis] = std::clamp((range.high[a] + 1.0) * ratio_ - cell_.at[a] + slack, 0.0, 1.0);
+        }
+        double least = trilinear(cell_.value.data(), from), most = least;
+        for (int c = 1; c < 8; ++c) {
+            const Vec3 p{c & 1 ? to.x : from.x, c & 2 ? to.y : from.y, c & 4 ? to.z : from.z};
+            const double value = trilinear(cell_.value.data(), p);
+            least = std::min(least, value);
+            most = std::max(most, value);
+        }
+        return least - slack < high_ && most + slack >= low_;
+    }
+
+    const LevelCell& cell_;
+    double ratio_, low_, high_;
+    std::vector<std::uint64_t>& keys_;
+};
+
+/// Bounds f over one triangle by descending to the cells on which f is trilinear.
+class TriangleBounder {
+public:
+    explicit TriangleBounder(const ShellData& shell)
+        : shell_(shell),
+          clipping_((cuts * roundings_per_cut + roundings_of_vertices) * unit_roundoff * shell.lattice.cells()),
+          margin_(shell.lattice.mapping_error() + clipping_) {}
+
+    /// \param p, q, r  in lattice coordinates, as rounded by to_lattice
+    void include(const Vec3& p, const Vec3& q, const Vec3& r, Hull& hull, double& error) const {
+        // The smallest octree box that has the triangle's dilated bounds: where the indices of its ends differ.
+        std::array<std::uint32_t, 3> low;
+        std::uint32_t differing = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double least = std::min({p[axis], q[axis], r[axis]}) - margin_,
+                         most = std::max({p[axis], q[axis], r[axis]}) + margin_;
+            const double last = shell_.lattice.cells() - 1.0;
+            low[std::size_t(axis)] = std::uint32_t(std::clamp(std::floor(least), 0.0, last));
+            differing |= low[std::size_t(axis)] ^ std::uint32_t(std::clamp(std::floor(most), 0.0, last));
+        }
+        const int level = std::bit_width(differing);
+        std::array<double, 3> corner;
+        for (std::size_t axis = 0; axis < 3; ++axis) corner[axis] = double(low[axis] >> level << level);
+        visit({p, q, r}, corner, level, hull, error);
+    }
+
+private:
+    struct Corners {
+        Vec3 p, q, r;
+    };
+
+    void visit(const Corners& t, const std::array<double, 3>& corner, int level, Hull& hull,
+               double& error) const {
+        const double width = std::ldexp(1.0, level);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double low = std::min({t.p[axis], t.q[axis], t.r[axis]}),
+                         high = std::max({t.p[axis], t.q[axis], t.r[axis]});
+            if (high < corner[std::size_t(axis)] - margin_ || low > corner[std::size_t(axis)] + width + margin_)
+                return;
+        }
+        const Vec3 centre{corner[0] + 0.5 * width, corner[1] + 0.5 * width, corner[2] + 0.5 * width};
+        const TrilinearCell cell = locate(shell_.octree, shell_.field, centre);
+        if (cell.width >= width) return include_in_cell(t, cell, hull, error);
+        for (int child = 0; child < 8; ++child) {
+            std::array<double, 3> at = corner;
+            for (std::size_t axis = 0; axis < 3; ++axis) at[axis] += child >> axis & 1 ? 0.5 * width : 0.0;
+            visit(t, at, level - 1, hull, error);
+        }
+    }
+
+    void include_in_cell(const Corners& t, const TrilinearCell& cell, Hull& hull, double& error) const {
+        const auto local = [&](const Vec3& v) { return (1.0 / cell.width) * (v - cell.corner); };
+        const Polygon polygon = clip_to_cell(local(t.p), local(t.q), local(t.r), margin_);
+        if (polygon.size == 0) return;
+        // As γ of the extremes, docs/design/extremes.md: the slope times the displacement of the point, and the
+        // roundings of the control values and of the corner values.
+        double largest = 0;
+        for (const double v : cell.value) largest = std::max(largest, std::abs(v));
+        const double displacement = margin_ + clipping_ + 2 * Hull::max_halvings * unit_roundoff;
+        const double corner_roundings = trilinear_roundings * (shell_.lattice.depth + 1);
+        error = std::max(error, 4 * steepest(cell.value) * displacement +
+                                    control_roundings * unit_roundoff * largest +
+                                    corner_roundings * unit_roundoff * std::ldexp(4.0, shell_.lattice.depth));
+        const Sample apex = sample(cell.value, polygon.vertex(0));
+        Sample last = sample(cell.value, polygon.vertex(std::min(1, polygon.size - 1)));
+        if (polygon.size < 3) hull.include(cell.value, apex, last, last);
+        for (int i = 2; i < polygon.size; ++i) {
+            const Sample next = sample(cell.value, polygon.vertex(i));
+            hull.include(cell.value, apex, last, next);
+            last = next;
+        }
+    }
+
+    const ShellData& shell_;
+    double clipping_, margin_;
+};
+
+class ResampledSource : public LevelSource {
+public:
+    ResampledSource(const ShellData& shell, int resolution)
+        : LevelSource(shell.lattice, shell.lattice.scale() / resolution, 2 * std::uint32_t(resolution)),
+          shell_(shell),
+          ratio_(double(shell.lattice.cells()) / (2.0 * resolution)) {}
+
+    std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
+        std::vector<std::uint64_t> keys = candidates(low, high, progress);
+        std::vector<LevelCell> all;
+        // A level that a rounded value meets on one side only would leave a gap: cells beyond a crossed face
+        // that are not candidates join, until there are none.
+        for (std::vector<std::uint64_t> fresh = keys; !fresh.empty();) {
+            const std::vector<LevelCell> found = evaluate(fresh, low, high, progress);
+            all.insert(all.end(), found.begin(), found.end());
+            fresh = missing_neighbours(found, keys, low, high);
+            const auto middle = std::ptrdiff_t(keys.size());
+            keys.insert(keys.end(), fresh.begin(), fresh.end());
+            std::inplace_merge(keys.begin(), keys.begin() + middle, keys.end());
+        }
+        return all;
+    }
+
+    SurfaceRange bound(const SurfaceFrame& frame, std::span<const LevelCell> cells, RangeEnds ends,
+                       const Progress& progress) const override {
+        const Mesh mesh = polygonise(frame, cells, progress);
+        Stage stage(progress, "surface bounds", mesh.triangles.size());
+        const std::uint64_t chunks = chunk_count(mesh.triangles.size(), triangle_grain);
+        std::vector<Hull> parts(chunks, Hull(frame.level, ends));
+        std::vector<double> errors(chunks, 0.0);
+        const TriangleBounder bounder(shell_);
+        for_chunks(mesh.triangles.size(), triangle_grain,
+                   [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+                       for (std::uint64_t i = begin; i < end; ++i) {
+                           const Triangle& t = mesh.triangles[i];
+                           const auto corner = [&](int k) {
+                               return shell_.lattice.to_lattice(mesh.vertices[t[std::size_t(k)]]);
+                           };
+                           bounder.include(corner(0), corner(1), corner(2), parts[chunk], errors[chunk]);
+                       }
+                       stage.advance(end - begin);
+                   });
+        SurfaceRange range{frame.level, frame.level};
+        double error = 0;
+        for (std::uint64_t chunk = 0; chunk < chunks; ++chunk) {
+            range.lower = std::min(range.lower, parts[chunk].range().lower);
+            range.upper = std::max(range.upper, parts[chunk].range().upper);
+            error = std::max(error, errors[chunk]);
+        }
+        return {range.lower - error, range.upper + error};
+    }
+
+private:
+    /// Every edge on which f passes a level goes through a finest cell that the level runs through.
+    std::vector<std::uint64_t> candidates(double low, double high, const Progress& progress) const {
+        const std::vector<LevelCell> finest =
+            find_level_cells(shell_.octree, shell_.field, low, high, progress);
+        std::vector<std::vector<std::uint64_t>> parts(chunk_count(finest.size(), cell_grain));
+        for_chunks(finest.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            for (std::uint64_t i = begin; i < end; ++i)
+                Overlap(finest[i], ratio_, grid().cells, low, high, parts[chunk]);
+        });
+        std::vector<std::uint64_t> keys;
+        for (const auto& part : parts) keys.insert(keys.end(), part.begin(), part.end());
+        oneapi::tbb::parallel_sort(keys.begin(), keys.end());
+        keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+        return keys;
+    }
+
+    /// f at a lattice point.
+    double value(const Cell& point) const {
+        const double side = shell_.lattice.cells();
+        Vec3 u;
+        for (int axis = 0; axis < 3; ++axis) u[axis] = std::min(point[std::size_t(axis)] * ratio_, side);
+        const TrilinearCell cell = locate(shell_.octree, shell_.field, u);
+        return trilinear(cell.value, (1.0 / cell.width) * (u - cell.corner));
+    }
+
+    /// The cells with these keys that a level in [low, high] runs through.
+    std::vector<LevelCell> evaluate(const std::vector<std::uint64_t>& keys, double low, double high,
+                                    const Progress& progress) const {
+        Stage stage(progress, "surface values", keys.size());
+        std::vector<std::vector<LevelCell>> parts(chunk_count(keys.size(), cell_grain));
+        for_chunks(keys.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            for (std::uint64_t i = begin; i < end; ++i) {
+                LevelCell cell{cell_of(keys[i]), {}};
+                for (std::uint32_t c = 0; c < 8; ++c)
+                    cell.value[c] =
+                        value({cell.at[0] + (c & 1), cell.at[1] + (c >> 1 & 1), cell.at[2] + (c >> 2)});
+                const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
+                if (*least < high && *most >= low) parts[chunk].push_back(cell);
+            }
+            stage.advance(end - begin);
+        });
+        std::vector<LevelCell> cells;
+        for (const auto& part : parts) cells.insert(cells.end(), part.begin(), part.end());
+        return cells;
+    }
+
+    std::vector<std::uint64_t> missing_neighbours(const std::vector<LevelCell>& cells,
+                                                  const std::vector<std::uint64_t>& known, double low,
+                                                  double high) const {
+        std::vector<std::uint64_t> missing;
+        for (const LevelCell& cell : cells)
+            for (unsigned face = 0; face < 6; ++face) {
+                const unsigned axis = face / 2, side = face % 2;
+                double least = 1e300, most = -1e300;
+                for (unsigned c = 0; c < 8; ++c)
+                    if ((c >> axis & 1) == side) {
+                        least = std::min(least, cell.value[c]);
+                        most = std::max(most, cell.value[c]);
+                    }
+                if (!(least < high && most >= low)) continue;
+                Cell at = cell.at;
+                at[axis] += side == 1 ? 1 : ~std::uint32_t{0};
+                if (at[axis] >= grid().cells) continue;
+                const std::uint64_t key = key_of(at);
+                if (!std::binary_search(known.begin(), known.end(), key)) missing.push_back(key);
+            }
+        std::sort(missing.begin(), missing.end());
+        missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
+        return missing;
+    }
+
+    const ShellData& shell_;
+    double ratio_;  // width of a cell in finest cells
+};
+
+}  // namespace
+
+std::unique_ptr<LevelSource> resampled_source(const ShellData& shell, int resolution) {
+    return std::make_unique<ResampledSource>(shell, resolution);
+}
+
+}  // namespace its

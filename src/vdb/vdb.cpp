@@ -1,0 +1,113 @@
+#include "its/vdb.h"
+
+#include <fmt/format.h>
+
+#ifdef ITS_OPENVDB
+#include <openvdb/io/Stream.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/SignedFloodFill.h>
+#include <algorithm>
+#include <ostream>
+#include <streambuf>
+
+#include "base/output_file.h"
+#include "base/parallel.h"
+#include "shell/shell_data.h"
+#include "surface/level_cells.h"
+#endif
+
+namespace its {
+
+#ifndef ITS_OPENVDB
+
+bool has_vdb() {
+    return false;
+}
+
+void write_vdb(const ThinShell&, const std::filesystem::path& path, const VdbOptions&) {
+    throw OptionError(
+        fmt::format("cannot write '{}': this program was built without OpenVDB; install libopenvdb-dev "
+                    "and build again",
+                    path.string()));
+}
+
+#else
+
+bool has_vdb() {
+    return true;
+}
+
+namespace {
+
+/// A stream into a file that appears complete or not at all. Errors of the file pass through the stream, which
+/// would otherwise swallow them.
+class OutputBuffer : public std::streambuf {
+public:
+    explicit OutputBuffer(OutputFile& file) : file_(file) {}
+
+private:
+    std::streamsize xsputn(const char* text, std::streamsize size) override {
+        file_.write(std::as_bytes(std::span(text, std::size_t(size))));
+        return size;
+    }
+    int_type overflow(int_type c) override {
+        const char byte = traits_type::to_char_type(c);
+        file_.write(std::as_bytes(std::span(&byte, 1)));
+        return traits_type::not_eof(c);
+    }
+
+    OutputFile& file_;
+};
+
+openvdb::FloatGrid::Ptr make_grid(const ShellData& shell, const VdbOptions& options) {
+    const double width = shell.lattice.width;
+    const bool inside = shell.info.sign != SignRule::unsigned_rule;
+    openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(float(options.half_width * width));
+    grid->setName("f");
+    openvdb::math::Transform::Ptr transform = openvdb::math::Transform::createLinearTransform(width);
+    const Vec3 origin = shell.lattice.position({0, 0, 0});
+    transform->postTranslate({origin.x, origin.y, origin.z});
+    grid->setTransform(transform);
+
+    openvdb::FloatGrid::Accessor accessor = grid->getAccessor();
+    for (const LevelCell& cell :
+         find_level_cells(shell.octree, shell.field, -options.half_width, options.half_width, options.progress))
+        for (int c = 0; c < 8; ++c) {
+            const double value = cell.value[std::size_t(c)];
+            if (!(std::abs(value) < options.half_width)) continue;
+            const openvdb::Coord at(int(cell.at[0]) + (c & 1), int(cell.at[1]) + (c >> 1 & 1),
+                                    int(cell.at[2]) + (c >> 2));
+            accessor.setValueOn(at, float(width * value));
+        }
+    if (inside) {
+        grid->setGridClass(openvdb::GRID_LEVEL_SET);
+        openvdb::tools::signedFloodFill(grid->tree());
+    }
+    grid->insertMeta("epsilon_inner", openvdb::DoubleMetadata(shell.info.epsilon_inner));
+    grid->insertMeta("epsilon_outer", openvdb::DoubleMetadata(shell.info.epsilon_outer));
+    grid->insertMeta("depth", openvdb::Int32Metadata(shell.info.depth));
+    grid->insertMeta("sign", openvdb::StringMetadata(std::string(name(shell.info.sign))));
+    return grid;
+}
+
+}  // namespace
+
+void write_vdb(const ThinShell& shell, const std::filesystem::path& path, const VdbOptions& options) {
+    if (!(options.half_width >= 1 && options.half_width <= 64))
+        throw OptionError(fmt::format("half width {}: must be 1 to 64", options.half_width));
+    with_threads(options.threads, [&] {
+        openvdb::initialize();
+        const openvdb::FloatGrid::Ptr grid = make_grid(shell.data(), options);
+        OutputFile file(path);
+        OutputBuffer buffer(file);
+        std::ostream stream(&buffer);
+        stream.exceptions(std::ios::badbit);  // an OutputFile's error is rethrown as it is
+        openvdb::io::Stream(stream).write(openvdb::GridCPtrVec{grid});
+        stream.flush();
+        file.commit();
+    });
+}
+
+#endif
+
+}  // namespace its

@@ -1,0 +1,101 @@
+#include "shell/budget.h"
+
+#include <gtest/gtest.h>
+
+#include "its/shell.h"
+#include "octree/lattice.h"
+#include "octree/octree.h"
+#include "octree/voxelise.h"
+#include "support/zoo.h"
+
+namespace its {
+namespace {
+
+/// Some triangles that are points, far apart.
+Mesh points() {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+        mesh.vertices.push_back({i * 0.37, i * i * 0.21, 1.0 / (i + 1)});
+        mesh.triangles.push_back({i, i, i});
+    }
+    return mesh;
+}
+
+/// A square in a lattice plane: it meets two layers of cells at every depth.
+Mesh aligned_square() {
+    return {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+}
+
+struct Level {
+    int level;
+    std::uint64_t cells, pairs;
+};
+
+/// What voxelise() reports before each level, and the size of the finished build.
+BuildSize size_by_level(const Mesh& mesh, int depth, std::vector<Level>& levels) {
+    const Lattice lattice = make_lattice(bounds(mesh), depth);
+    std::vector<Vec3> positions;
+    for (const Vec3& v : mesh.vertices) positions.push_back(lattice.to_lattice(v));
+    const Voxels voxels = voxelise(positions, mesh.triangles, depth, lattice.point_error(), {},
+                                   [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+                                       levels.push_back({level, cells, pairs});
+                                   });
+    const Octree octree = make_octree(depth, voxels.cell);
+    std::uint64_t groups = 0;
+    for (const auto& level : octree.levels) groups += level.groups();
+    return {mesh.triangles.size(), groups, voxels.cell.size(), voxels.triangle.size()};
+}
+
+TEST(Budget, NoLevelRefusesABuildThatFits) {
+    std::vector<std::pair<std::string, Mesh>> meshes = {{"points", points()}, {"square", aligned_square()}};
+    for (const auto& entry : zoo::all()) meshes.emplace_back(entry.name, entry.mesh);
+    for (const auto& [name, mesh] : meshes)
+        for (const int depth : {1, 4, 7}) {
+            std::vector<Level> levels;
+            const BuildSize size = size_by_level(mesh, depth, levels);
+            const MemoryBudget budget(mesh, depth, build_bytes(size));
+            for (const Level& l : levels)
+                EXPECT_NO_THROW(budget.check_level(l.level, l.cells, l.pairs))
+                    << name << " depth " << depth << " level " << l.level;
+        }
+}
+
+TEST(Budget, ALevelRefusesLongBeforeTheFinestIsTaken) {
+    const Mesh mesh = zoo::sphere({0, 0, 0}, 1, 4);
+    std::vector<Level> levels;
+    const int depth = 8;
+    const BuildSize size = size_by_level(mesh, depth, levels);
+    const MemoryBudget budget(mesh, depth, build_bytes(size) / 16);
+    int refused = -1;
+    for (const Level& l : levels) {
+        try {
+            budget.check_level(l.level, l.cells, l.pairs);
+        } catch (const MemoryError&) {
+            refused = l.level;
+            break;
+        }
+    }
+    EXPECT_GE(refused, 2) << "the finest level has 4² times the cells";
+}
+
+TEST(Budget, PointsTakeLittleAtAnyDepth) {
+    BuildOptions options;
+    options.depth = 14;
+    options.max_memory = 1'000'000;
+    const ThinShell shell = build(points(), options);
+    EXPECT_LE(shell.info().surface_cells, 4u * 8u);
+    EXPECT_LT(shell.info().memory_bytes, options.max_memory);
+}
+
+TEST(Budget, TheMeasureDoesNotDependOnScale) {
+    const Mesh mesh = zoo::torus(1, 0.4, 24, 12);
+    Mesh large = mesh;
+    for (Vec3& v : large.vertices) v = {1024 * v.x, 1024 * v.y, 1024 * v.z};
+    const MeshMeasure a = measure(mesh), b = measure(large);
+    EXPECT_EQ(a.area, b.area);
+    EXPECT_EQ(a.perimeter, b.perimeter);
+    EXPECT_GT(a.area, 1);
+}
+
+}  // namespace
+}  // namespace its
