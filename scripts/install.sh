@@ -9,7 +9,7 @@ build=(g++ cmake ninja-build ccache libeigen3-dev libtbb-dev libfmt-dev libpng-d
        fonts-roboto-unhinted libembree-dev)
 test=(libgtest-dev libgmock-dev libcgal-dev libassimp-dev libgmp-dev libmpfr-dev
       chromium clang clang-format clang-tidy libclang-rt-14-dev valgrind)
-bench=(libbenchmark-dev libmeshoptimizer-dev libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev)
+bench=(libbenchmark-dev libmeshoptimizer-dev libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libimath-dev)
 command -v npm >/dev/null || build+=(nodejs npm)  # for the page of its view; another npm serves as well
 
 fail() {
