@@ -14,9 +14,7 @@
 
 #include "distance_between.h"
 #include "its/surface.h"
-#if defined(ITS_BENCH_OPENVDB) || defined(ITS_BENCH_CGAL)
 #include "peer_surfaces.h"
-#endif
 
 namespace its::bench {
 namespace {
@@ -53,11 +51,12 @@ Options parse(int argc, char** argv) {
     return options;
 }
 
-void print_row(const std::string& method, const std::string& lattice, int threads, double seconds,
+void print_row(const std::string& method, const std::string& lattice, int threads, const Seconds& seconds,
                const Mesh& surface, const Mesh& mesh, double diagonal, const std::string& proven) {
     const TwoDistances d = distances_between(surface, mesh);
-    fmt::print("| {} | {} | {} | {:.3f} | {} | {:.5f} | {:.5f} | {} |\n", method, lattice, threads, seconds,
-               surface.triangles.size(), d.there / diagonal, d.back / diagonal, proven);
+    fmt::print("| {} | {} | {} | {:.3f} | {:.3f} | {} | {:.5f} | {:.5f} | {} |\n", method, lattice, threads,
+               seconds.wall, seconds.processor, surface.triangles.size(), d.there / diagonal, d.back / diagonal,
+               proven);
     std::fflush(stdout);
 }
 
@@ -67,26 +66,31 @@ void run_ours(const Options& options, const Mesh& mesh, double diagonal) {
         build_options.depth = depth;
         const ThinShell shell = build(mesh, build_options);
         for (const int threads : options.threads) {
-            double both = 1e300, best[2] = {1e300, 1e300};
+            Seconds both, best[2];
             Surface surface[2];
             for (int i = 0; i < options.repeat; ++i) {
-                surface[0] = extract_surface(shell, {.side = SurfaceSide::outer, .threads = threads});
-                surface[1] = extract_surface(shell, {.side = SurfaceSide::inner, .threads = threads});
-                for (int k = 0; k < 2; ++k) best[k] = std::min(best[k], surface[k].report.seconds);
-                both = std::min(both, surface[0].report.seconds + surface[1].report.seconds);
+                const Timer timer;
+                for (int k = 0; k < 2; ++k) {
+                    const Timer one;
+                    surface[k] = Surface{};
+                    surface[k] = extract_surface(
+                        shell, {.side = k == 0 ? SurfaceSide::outer : SurfaceSide::inner, .threads = threads});
+                    best[k].keep_least(one.seconds());
+                }
+                both.keep_least(timer.seconds());
             }
             const std::string lattice = fmt::format("K = {}", depth);
             for (int k = 0; k < 2; ++k) {
                 if (surface[k].report.empty) {
-                    fmt::print("| ITS {} | {} | {} | {:.3f} | empty | | | |\n", name(surface[k].report.side),
-                               lattice, threads, best[k]);
+                    fmt::print("| ITS {} | {} | {} | {:.3f} | {:.3f} | empty | | | |\n",
+                               name(surface[k].report.side), lattice, threads, best[k].wall, best[k].processor);
                     continue;
                 }
                 print_row(fmt::format("ITS {}", name(surface[k].report.side)), lattice, threads, best[k],
                           surface[k].mesh, mesh, diagonal, surface[k].report.certified ? "yes" : "no");
             }
-            fmt::print("| ITS both | {} | {} | {:.3f} | {} | | | |\n", lattice, threads, both,
-                       surface[0].mesh.triangles.size() + surface[1].mesh.triangles.size());
+            fmt::print("| ITS both | {} | {} | {:.3f} | {:.3f} | {} | | | |\n", lattice, threads, both.wall,
+                       both.processor, surface[0].mesh.triangles.size() + surface[1].mesh.triangles.size());
             std::fflush(stdout);
         }
     }
@@ -104,9 +108,10 @@ void run_openvdb([[maybe_unused]] const Options& options, [[maybe_unused]] const
                 double seconds = 0;
                 PeerSurface surface = volume_to_mesh(mesh, voxel, 0.25 * voxel, threads, seconds);
                 build = std::min(build, seconds);
-                if (i == 0 || surface.seconds < best.seconds) best = std::move(surface);
+                surface.seconds.keep_least(best.seconds);
+                best = std::move(surface);
             }
-            print_row(fmt::format("OpenVDB volumeToMesh at ¼ voxel (its grid: {:.3f} s)", build),
+            print_row(fmt::format("OpenVDB volumeToMesh at ¼ voxel (its grid: {:.3f} processor s)", build),
                       fmt::format("1/{}", 1 << depth), threads, best.seconds, best.mesh, mesh, diagonal, "no");
         }
 #endif
@@ -137,8 +142,9 @@ int run(int argc, char** argv) {
     const double diagonal = std::sqrt(square);
     fmt::print("{}: {} triangles\n\n", options.mesh, mesh.triangles.size());
     fmt::print(
-        "| method | lattice | threads | seconds | triangles | surface to mesh | mesh to surface | proven |\n");
-    fmt::print("|---|---|--:|--:|--:|--:|--:|---|\n");
+        "| method | lattice | threads | seconds | processor s | triangles | surface to mesh | mesh to surface "
+        "| proven |\n");
+    fmt::print("|---|---|--:|--:|--:|--:|--:|--:|---|\n");
     run_ours(options, mesh, diagonal);
     if (options.peers) {
         run_openvdb(options, mesh, side, diagonal);

@@ -2,8 +2,6 @@
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
 
-#include <chrono>
-
 #include "peer_surfaces.h"
 
 namespace its::bench {
@@ -15,10 +13,10 @@ PeerSurface alpha_wrap(const Mesh& mesh, double alpha, double offset) {
     for (const Vec3& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
     for (const Triangle& t : mesh.triangles) faces.push_back({t[0], t[1], t[2]});
     CGAL::Surface_mesh<Kernel::Point_3> wrap;
-    const auto start = std::chrono::steady_clock::now();
+    const Timer timer;
     CGAL::alpha_wrap_3(points, faces, alpha, offset, wrap);
     PeerSurface result;
-    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result.seconds = timer.seconds();
     for (const auto v : wrap.vertices()) {
         const auto p = wrap.point(v);
         result.mesh.vertices.push_back({p.x(), p.y(), p.z()});

@@ -1,14 +1,41 @@
 #pragma once
 
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+
 #include "its/mesh.h"
 
 /// Other ways to wrap a mesh, each with one thread unless said.
 namespace its::bench {
 
-/// A surface, and the wall-clock seconds it took.
+/// Wall-clock seconds, and processor seconds of all threads, which other work on the machine disturbs less.
+struct Seconds {
+    double wall = 1e300, processor = 1e300;
+
+    void keep_least(const Seconds& other) {
+        wall = std::min(wall, other.wall);
+        processor = std::min(processor, other.processor);
+    }
+};
+
+/// Since construction.
+class Timer {
+public:
+    Seconds seconds() const {
+        return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
+                double(std::clock() - processor_) / CLOCKS_PER_SEC};
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::clock_t processor_ = std::clock();
+};
+
+/// A surface, and the time it took.
 struct PeerSurface {
     Mesh mesh;
-    double seconds = 0;
+    Seconds seconds;
 };
 
 /// CGAL's alpha_wrap_3; alpha and offset in mesh units.

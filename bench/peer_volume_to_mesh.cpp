@@ -3,8 +3,6 @@
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
-#include <chrono>
-
 #include "peer_surfaces.h"
 
 namespace its::bench {
@@ -22,15 +20,12 @@ PeerSurface volume_to_mesh(const Mesh& mesh, double voxel, double level, int thr
     PeerSurface result;
     oneapi::tbb::task_arena arena(threads);
     arena.execute([&] {
-        const auto seconds = [](auto start) {
-            return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        };
-        const auto begin = std::chrono::steady_clock::now();
+        const Timer build;
         const auto grid = openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*transform, points, triangles, 3);
-        build_seconds = seconds(begin);
-        const auto middle = std::chrono::steady_clock::now();
+        build_seconds = build.seconds().processor;
+        const Timer timer;
         openvdb::tools::volumeToMesh(*grid, vertices, faces, quads, level, 0.0);
-        result.seconds = seconds(middle);
+        result.seconds = timer.seconds();
     });
     for (const auto& v : vertices) result.mesh.vertices.push_back({v.x(), v.y(), v.z()});
     for (const auto& t : faces) result.mesh.triangles.push_back({t[0], t[1], t[2]});
