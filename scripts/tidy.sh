@@ -23,4 +23,4 @@ echo "+ clang-tidy, in build-tidy"
 # The same options as in scripts/test.sh: what compiled there comes out of ccache here.
 cmake -S . -B build-tidy -G Ninja -DCMAKE_BUILD_TYPE=Release -DITS_WERROR=ON -DITS_TESTS=OFF \
     -DCMAKE_CXX_CLANG_TIDY="$tidy" --log-level=NOTICE
-cmake --build build-tidy -j "$(nproc)"
+cmake --build build-tidy -j "$(nproc)" -- -k 0  # all findings, not the first

@@ -111,7 +111,8 @@ private:
             ++count[b];
         }
         const auto cost = [](const Bound& b, std::uint32_t n) {
-            return b.half_area() * ((n + arity - 1) / arity);
+            const std::uint32_t blocks = (n + arity - 1) / arity;
+            return b.half_area() * blocks;
         };
         std::array<double, bins> right{};
         Bound sweep;

@@ -52,7 +52,7 @@ struct GeneralizedSigns::Near {
     std::uint64_t point;  ///< Morton code
     double distance;
 
-    friend auto operator<=>(const Near&, const Near&) = default;
+    friend auto operator<=>(const Near&, const Near&) = default;  // NOLINT(modernize-use-nullptr): its own
 };
 
 struct GeneralizedSigns::Judgement {

@@ -265,7 +265,8 @@ TEST(RealMeshes, AreAsTheManifestSays) {
         if (row["closed"] == "yes" && row["manifold"] == "yes" && row["oriented"] == "yes") {
             EXPECT_EQ(report.sign, SignRule::winding);
         }
-        EXPECT_EQ(report.sign == SignRule::winding, report.unbalanced_edges == 0);
+        // Winding numbers exist where M is a cycle, as it is or once triangles are turned around.
+        EXPECT_EQ(report.sign == SignRule::winding, inspect(oriented(file.mesh)).unbalanced_edges == 0);
     }
 }
 
