@@ -136,7 +136,19 @@ void check_faces(const Job& job) {
                         *job.options.faces, fewest));
 }
 
-/// Runs the decimator within the tolerance, or within the least that reaches the face count. Returns it.
+/// Of the bounds: no two points of the mesh are farther apart, and no tolerance above it means anything.
+double diagonal(const Complex& complex) {
+    Box box{complex.position(0), complex.position(0)};
+    for (std::uint32_t v = 1; v < complex.vertices(); ++v) {
+        const Vec3& p = complex.position(v);
+        box.min = {std::min(box.min.x, p.x), std::min(box.min.y, p.y), std::min(box.min.z, p.z)};
+        box.max = {std::max(box.max.x, p.x), std::max(box.max.y, p.y), std::max(box.max.z, p.z)};
+    }
+    return norm(box.max - box.min);
+}
+
+/// Runs the decimator within the tolerance, or within the least that reaches the face count. Returns the one
+/// that the last collapse kept to.
 template <class Report>
 double decimate(const Job& job, const Complex& original, double least, Decimator& decimator, Report&& report) {
     const SimplifyOptions& o = job.options;
@@ -145,14 +157,17 @@ double decimate(const Job& job, const Complex& original, double least, Decimator
         decimator.run(faces, o.tolerance.value_or(no_limit), report);
         return o.tolerance.value_or(no_limit);
     }
-    const double limit = o.tolerance.value_or(no_limit);
+    const double limit = o.tolerance.value_or(std::max(diagonal(original), least));
     double tolerance = std::min(std::max(first_tolerance * error_of_quadrics(original, faces), least), limit);
-    for (double step = tolerance_step; !decimator.run(faces, tolerance, report); step *= step_growth) {
+    double kept = least;
+    for (double step = tolerance_step;; step *= step_growth) {
+        const std::uint64_t before = decimator.collapses();
+        const bool reached = decimator.run(faces, tolerance, report);
+        if (decimator.collapses() > before) kept = tolerance;
         const double next = decimator.next_tolerance(tolerance);
-        if (next > limit || tolerance == limit) break;
+        if (reached || next > limit || tolerance == limit) return kept;
         tolerance = std::min(std::max(next, step * tolerance), limit);
     }
-    return tolerance;
 }
 
 SimplifyStop stop_reason(const Job& job, bool keeps_tolerance) {
