@@ -1,0 +1,179 @@
+// Draws a mesh, and what quadrics alone and ITS make of it at the same number of triangles: the paper's
+// figures.
+//   draw_simplified MESH FACES OUT.png [UP [AZIMUTH]]      UP: x, y or z (default y); degrees (default 30)
+// Results are drawn without smoothing. The distance of a triangle from the mesh is measured at 15 points of it.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "distance/closest_point.h"
+#include "geometry/vec3.h"
+#include "its/picture.h"
+#include "its/simplify.h"
+#include "picture/canvas.h"
+#include "picture/normals.h"
+#include "picture/text.h"
+#include "picture/tracer.h"
+
+namespace {
+
+using namespace its;
+
+constexpr int width = 1600, panel_height = 720, foot = 130, samples = 64;
+constexpr double elevation = 14, distance = 4.2, crease = 40;  // degrees, units of the longest side
+constexpr Rgb mesh_paint = {216, 211, 202}, near_paint = {196, 206, 214}, warm_paint = {240, 190, 90},
+              far_paint = {206, 60, 52}, ink = {30, 32, 36}, pale_ink = {100, 104, 112};
+
+Box bounds_of(const Mesh& mesh) {
+    Box box{mesh.vertices[mesh.triangles[0][0]], mesh.vertices[mesh.triangles[0][0]]};
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            for (int i = 0; i < 3; ++i) {
+                box.min[i] = std::min(box.min[i], mesh.vertices[v][i]);
+                box.max[i] = std::max(box.max[i], mesh.vertices[v][i]);
+            }
+    return box;
+}
+
+/// Into the unit box around the origin, z upwards.
+Mesh to_scene(Mesh mesh, const Box& box, int up) {
+    const Vec3 size = box.max - box.min;
+    const double scale = 1 / std::max({size.x, size.y, size.z});
+    for (Vec3& v : mesh.vertices) {
+        const Vec3 p = scale * (v - 0.5 * (box.min + box.max));
+        v = {p[(up + 1) % 3], p[(up + 2) % 3], p[up]};
+    }
+    return mesh;
+}
+
+double distance_of(const Mesh& mesh, const Triangle& t, const ClosestPointTree& tree) {
+    constexpr int steps = 4;
+    double worst = 0;
+    for (int i = 0; i <= steps; ++i)
+        for (int j = 0; i + j <= steps; ++j) {
+            const double a = double(i) / steps, b = double(j) / steps;
+            const Vec3 p =
+                a * mesh.vertices[t[0]] + b * mesh.vertices[t[1]] + (1 - a - b) * mesh.vertices[t[2]];
+            worst = std::max(worst, tree.find(p).squared);
+        }
+    return std::sqrt(worst);
+}
+
+Body make_body(Mesh mesh, double smooth_below, const Rgb& paint) {
+    Body body{std::move(mesh), {}, {}, to_light(paint)};
+    if (!body.mesh.triangles.empty()) body.bounds = bounds_of(body.mesh);
+    body.normals = shading_normals(body.mesh, smooth_below);
+    return body;
+}
+
+/// The triangles by how far they are: within half the bound, within the bound, beyond.
+std::vector<Body> by_distance(const Mesh& mesh, const Mesh& input, double bound) {
+    const ClosestPointTree tree(input.vertices, input.triangles);
+    std::vector<Mesh> parts(3, Mesh{mesh.vertices, {}});
+    for (const Triangle& t : mesh.triangles) {
+        const double d = distance_of(mesh, t, tree);
+        parts[d <= 0.5 * bound ? 0 : d <= bound ? 1 : 2].triangles.push_back(t);
+    }
+    return {make_body(parts[0], 0, near_paint), make_body(parts[1], 0, warm_paint),
+            make_body(parts[2], 0, far_paint)};
+}
+
+Camera make_camera(const Mesh& mesh, double azimuth, const PixelRect& rect) {
+    const double a = azimuth * std::numbers::pi / 180, e = elevation * std::numbers::pi / 180;
+    Camera camera;
+    camera.forward = {-std::cos(a) * std::cos(e), -std::sin(a) * std::cos(e), -std::sin(e)};
+    camera.eye = -distance * camera.forward;
+    camera.right = {-std::sin(a), std::cos(a), 0};
+    camera.up = cross(camera.right, camera.forward);
+    Point2 low{1e30, 1e30}, high{-1e30, -1e30};
+    for (const Vec3& v : mesh.vertices) {
+        const Point2 p = camera.project(v);
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+    camera.pixel = 1.16 * std::max((high.x - low.x) / rect.width, (high.y - low.y) / rect.height);
+    camera.corner = {0.5 * (low.x + high.x - camera.pixel * rect.width),
+                     0.5 * (low.y + high.y + camera.pixel * rect.height)};
+    return camera;
+}
+
+struct Panel {
+    std::string title, text;
+    std::vector<Body> bodies;
+};
+
+std::string describe(const Mesh& mesh, const Mesh& input, double diagonal) {
+    const double far = std::max(mesh_distance(mesh, input).max, mesh_distance(input, mesh).max);
+    return fmt::format("{} triangles, Hausdorff distance {:.5f}", mesh.triangles.size(), far / diagonal);
+}
+
+void write_key(Image& image, Typesetter& type) {
+    double x = 60;
+    const double y = panel_height + foot - 22, size = 20;
+    for (const auto& [paint, text] : {std::pair{near_paint, "within half the distance that is proven for ITS"},
+                                      std::pair{warm_paint, "within that distance"},
+                                      std::pair{far_paint, "farther (relative to the diagonal)"}}) {
+        fill(image, {int(x), int(y) - 15, 16, 16}, paint);
+        type.write(image, text, {x + 26, y}, size, pale_ink);
+        x += 26 + type.width(text, size) + 50;
+    }
+}
+
+void draw(const std::string& path, std::uint64_t faces, const std::string& out, int up, double azimuth) {
+    const Mesh file = read_mesh(path).mesh;
+    const Mesh input = to_scene(file, bounds_of(file), up);
+    const Box box = bounds_of(input);
+    const double diagonal = norm(box.max - box.min);
+    const Simplified ours = simplify(input, {.faces = faces});
+    const Simplified quadrics = simplify(input, {.method = SimplifyMethod::qem, .faces = faces});
+    const double bound = *ours.report.proven_bound;
+    std::vector<Panel> panels(3);
+    panels[0] = {"Input", fmt::format("{} triangles", input.triangles.size()), {}};
+    panels[0].bodies.push_back(make_body(input, crease, mesh_paint));
+    panels[1] = {"Quadric errors alone", describe(quadrics.mesh, input, diagonal),
+                 by_distance(quadrics.mesh, input, bound)};
+    panels[2] = {fmt::format("ITS, proven within {:.5f}", bound / diagonal),
+                 describe(ours.mesh, input, diagonal), by_distance(ours.mesh, input, bound)};
+
+    Image image{width, panel_height + foot,
+                std::vector<std::uint8_t>(std::size_t(3) * width * (panel_height + foot), 255)};
+    Typesetter type;
+    const double key = (azimuth - 50) * std::numbers::pi / 180, tangent = 1.3;
+    const Vec3 light = (1 / std::hypot(1, tangent)) * Vec3{std::cos(key), std::sin(key), tangent};
+    for (int i = 0; i < 3; ++i) {
+        const PixelRect rect{i * width / 3, 0, width / 3, panel_height};
+        std::vector<Exhibit> exhibits;
+        for (const Body& body : panels[i].bodies)
+            if (!body.mesh.triangles.empty()) exhibits.push_back({&body, {}, {}});
+        draw_studio(image, rect, Studio(exhibits, light, box.min.z, 1.7), make_camera(input, azimuth, rect),
+                    samples, {}, "draw");
+        const double x = rect.x + 0.5 * rect.width;
+        type.write(image, panels[i].title, {x, panel_height + 24.0}, 26, ink, Weight::medium, Align::centre);
+        type.write(image, panels[i].text, {x, panel_height + 56.0}, 20, pale_ink, Weight::regular,
+                   Align::centre);
+    }
+    write_key(image, type);
+    write_png(image, out);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc < 4) {
+        std::fputs("usage: draw_simplified MESH FACES OUT.png [UP [AZIMUTH]]\n", stderr);
+        return 2;
+    }
+    try {
+        const std::string up = argc > 4 ? argv[4] : "y";
+        draw(argv[1], std::stoull(argv[2]), argv[3], up[0] - 'x', argc > 5 ? std::stod(argv[5]) : 30);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "draw_simplified: error: %s\n", error.what());
+        return 2;
+    }
+}
