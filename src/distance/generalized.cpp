@@ -17,6 +17,8 @@ constexpr std::uint64_t cube_grain = 64;
 /// First a rough look, which is enough for most cubes.
 constexpr double rough_opening = 0.5, opening = 2;
 /// Of the points of a group together, and of one point.
+/// Cubes share the surroundings of the cube this many levels above; measured.
+constexpr int common_levels = 2;
 constexpr double group_opening = 6, point_opening = 16;
 
 /// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
@@ -48,7 +50,24 @@ struct GeneralizedSigns::Scratch {
     Filling::Local::Points points;
     Filling::Local::Estimates estimates, finer_estimates;
     bool has_finer = false;
+
+    Filling::Surroundings around;  ///< of the cube `ancestor`
+    int ancestor_level = -1;
+    std::uint64_t ancestor = 0;
 };
+
+/// The surroundings of the cube some levels above, found anew only when that changes.
+const Filling::Surroundings& GeneralizedSigns::surroundings(const Cube& cube, Scratch& scratch) const {
+    const int level = std::min(cube.level + common_levels, lattice_.depth + 1);
+    const std::uint64_t code = morton_encode(cube.at) >> 3 * (level - cube.level);
+    if (scratch.ancestor_level != level || scratch.ancestor != code) {
+        const Cube above{level, morton_decode(code)};
+        filling_.surround(centre(above), ball_radius(above), scratch.around);
+        scratch.ancestor_level = level;
+        scratch.ancestor = code;
+    }
+    return scratch.around;
+}
 
 double GeneralizedSigns::ball_radius(const Cube& cube) const {
     return 0.8660254037844387 * 2 * double(cube.step()) * lattice_.width * (1 + 0x1p-40);
@@ -106,7 +125,7 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
     const Vec3 centre = this->centre(cube);
     const double radius = ball_radius(cube);
     for (const double accuracy : {rough_opening, opening}) {
-        filling_.localise(centre, radius, accuracy, scratch.local);
+        filling_.localise(centre, radius, accuracy, surroundings(cube, scratch), scratch.local);
         const WindingEstimate w = scratch.local.at(centre);
         const double spread = scratch.local.variation() + w.error + decision_gap;
         out.may_flip = !(std::abs(w.value - (std::floor(w.value) + 0.5)) > spread);
@@ -122,7 +141,8 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
 /// Finer estimates of a group's points, made when the first of them asks.
 WindingEstimate GeneralizedSigns::finer_estimate(const Cube& cube, int i, Scratch& scratch) const {
     if (!scratch.has_finer) {
-        filling_.localise(centre(cube), ball_radius(cube), group_opening, scratch.finer);
+        filling_.localise(centre(cube), ball_radius(cube), group_opening, surroundings(cube, scratch),
+                          scratch.finer);
         scratch.finer.at(scratch.points, scratch.finer_estimates);
         scratch.has_finer = true;
     }

@@ -43,6 +43,7 @@ private:
 
     Vec3 centre(const Cube& cube) const;
     double ball_radius(const Cube& cube) const;  ///< of a ball about the centre that holds the cube
+    const Filling::Surroundings& surroundings(const Cube& cube, Scratch& scratch) const;
     WindingEstimate finer_estimate(const Cube& cube, int i, Scratch& scratch) const;
     WindingEstimate finest_estimate(const Vec3& p, Filling::Local& local) const;
     static bool settles(const WindingEstimate& estimate, std::int32_t crossings, double& above);
