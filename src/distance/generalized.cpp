@@ -16,9 +16,9 @@ constexpr std::uint64_t cube_grain = 64;
 /// Patches farther from a cube than this many of their radii are dipoles; measured, docs/design/signs.md.
 /// First a rough look, which is enough for most cubes.
 constexpr double rough_opening = 0.5, opening = 2;
-/// Of the points of a group together, and of one point.
-/// Cubes share the surroundings of the cube this many levels above; measured.
+/// Cubes share the surroundings of the cube this many levels above.
 constexpr int common_levels = 2;
+/// Of the points of a group together, and of one point. With 3 instead of 6 far more points need their own.
 constexpr double group_opening = 6, point_opening = 16;
 
 /// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over

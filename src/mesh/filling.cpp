@@ -21,7 +21,8 @@ constexpr double whole_sphere = 4 * std::numbers::pi;
 /// A patch is a dipole at less than the opening asked for, and at more than the least, where its error is
 /// smaller than this over the opening's square; measured, docs/design/signs.md.
 constexpr double least_opening = 0.25, small_error = 0x1p-8;
-/// Loops are common to all surroundings where their error is smaller than this; measured.
+/// Loops are common to all of the surroundings where their error is smaller than this. With 2^-12 thousands of
+/// loops add up to too much.
 constexpr double small_common_error = 0x1p-14;
 /// Moments are sums of some tens of terms with relative errors of a few u: bounds are widened by far more.
 constexpr double outward = 1 + 0x1p-40, inward = 1 - 0x1p-40;
