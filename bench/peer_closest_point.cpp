@@ -41,7 +41,7 @@ Float3 closest_on_triangle(Float3 p, Float3 a, Float3 b, Float3 c) {
 
 class EmbreeIndex : public PeerIndex {
 public:
-    explicit EmbreeIndex(const Mesh& mesh) : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
+    explicit EmbreeIndex(const Mesh& mesh) : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         vertices_ = static_cast<Float3*>(rtcSetNewGeometryBuffer(
             geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Float3), mesh.vertices.size()));

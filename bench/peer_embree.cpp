@@ -31,7 +31,7 @@ Float3 along(Float3 a, float t, Float3 d) {
 class Scene {
 public:
     Scene(const Mesh& mesh, RTCFilterFunctionN filter, RTCPointQueryFunction query, void* user)
-        : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
+        : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* const v = static_cast<Float3*>(rtcSetNewGeometryBuffer(
             geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Float3), mesh.vertices.size()));

@@ -18,6 +18,8 @@ endif()
 if(ITS_SANITIZE)
   target_compile_options(its_compile INTERFACE
     -fsanitize=${ITS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
+  # GCC's manual: with sanitizers this warning has false positives (here: in CGAL's headers).
+  target_compile_options(its_compile INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(its_compile INTERFACE -fsanitize=${ITS_SANITIZE})
   target_compile_definitions(its_compile INTERFACE ITS_SANITIZED)
   if(ITS_SANITIZE MATCHES thread)

@@ -7,16 +7,17 @@
 #include <mutex>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "its/base.h"
 
 #ifdef ITS_SANITIZE_THREAD
 #include <exception>
 #include <thread>
-#include <vector>
 #else
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_sort.h>
 #include <oneapi/tbb/task_arena.h>
 #endif
 
@@ -53,6 +54,11 @@ void run_chunks(std::uint64_t chunks, const F& run) {
 }
 }  // namespace detail
 
+/// Sorts whole numbers: equal ones are the same, so that any way to sort gives the same.
+inline void parallel_sort(std::vector<std::uint64_t>& keys) {
+    std::sort(keys.begin(), keys.end());
+}
+
 /// Runs fn with at most `threads` threads (0: four).
 template <class F>
 auto with_threads(int threads, F&& fn) {
@@ -70,6 +76,11 @@ void run_chunks(std::uint64_t chunks, const F& run) {
     oneapi::tbb::parallel_for(std::uint64_t{0}, chunks, run);
 }
 }  // namespace detail
+
+/// Sorts whole numbers: equal ones are the same, so that any way to sort gives the same.
+inline void parallel_sort(std::vector<std::uint64_t>& keys) {
+    oneapi::tbb::parallel_sort(keys.begin(), keys.end());
+}
 
 /// Runs fn with at most `threads` threads (0: all of the machine), and never more than the machine has: TBB
 /// would print a warning.

@@ -59,7 +59,8 @@ struct RayScene::Handles {
 };
 
 RayScene::RayScene() : handles_(std::make_unique<Handles>()) {
-    handles_->device = rtcNewDevice("threads=1,isa=sse4.2");
+    // Not "threads=1": Embree would hold all of the process's parallel loops to one thread.
+    handles_->device = rtcNewDevice("isa=sse4.2");
     handles_->require(handles_->device != nullptr);
     handles_->scene = rtcNewScene(handles_->device);
     handles_->require(handles_->scene != nullptr);

@@ -70,10 +70,16 @@ Plane place(Plane plane, const Box& extent, const SliceOptions& options) {
     return plane;
 }
 
-PlaneText describe(const Plane& plane, const SliceOptions& options) {
+/// The offset as text: what is below a millionth of the picture's width is rounding, and reads as 0.
+std::string offset_text(double offset, const Box& extent) {
+    const double width = std::max(extent.max.x - extent.min.x, extent.max.y - extent.min.y);
+    return number_text(std::abs(offset) < 1e-6 * width ? 0.0 : offset);
+}
+
+PlaneText describe(const Plane& plane, const Box& extent, const SliceOptions& options) {
     constexpr std::string_view names[] = {"x", "y", "z"};
     const std::string at = options.through ? "" : fmt::format(", at {:.4g} % of the extent", 100 * options.at);
-    const std::string offset = number_text(plane.offset);
+    const std::string offset = offset_text(plane.offset, extent);
     if (options.normal) {
         const auto& [x, y, z] = plane.normal;
         return {"u", "v", fmt::format("f on the plane n·x = {}{}", offset, at),
@@ -174,7 +180,7 @@ Image draw(const ThinShell& shell, const SliceOptions& options) {
     const Plane facing = options.normal ? normal_plane(*options.normal) : axis_plane(options.axis);
     const Box box = extent(shell.mesh(), facing);
     const Plane plane = place(facing, box, options);
-    const PlaneText text = describe(plane, options);
+    const PlaneText text = describe(plane, box, options);
     const Mesh& mesh = options.mesh ? *options.mesh : shell.mesh();
     const Scene scene{shell,
                       plane,

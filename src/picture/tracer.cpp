@@ -23,7 +23,7 @@ constexpr double floor_near_light = 0.12;        // what bodies send down to the
 constexpr Light paper_light = {1, 1, 1};
 constexpr double gloss = 0.16, gloss_power = 48;
 
-constexpr double edge_fade = 0.12;  // of a picture's shorter side
+constexpr double edge_fade = 0.3;  // of a picture's shorter side
 
 /// A pixel whose first samples all show paper is taken to be empty: most are, and a shadow that all of them
 /// miss darkens the pixel by a few of 255 steps at most.

@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
+#include "simplify/hausdorff_bound.h"
 #include "simplify/rules.h"
 
 namespace its {
@@ -85,18 +86,27 @@ Mesh to_mesh(const Complex& complex) {
     return mesh;
 }
 
-/// The error that quadrics alone make at this count: of vertices of the original, at regular intervals.
-double error_of_quadrics(const Complex& original, std::uint64_t faces) {
-    Complex complex = original;
+/// What quadrics alone make of the mesh at the number of faces.
+struct Pilot {
+    Complex complex{Mesh{}};
+    double error = 0;  ///< distance of one of the original's vertices, of some thousands the farthest
+    std::uint64_t collapses = 0;
+};
+
+Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOptions& options) {
+    Pilot pilot{start};
     AnyCollapse rule;
-    Decimator(complex, rule).run(faces, 0, [](std::uint64_t) {});
-    const Mesh result = to_mesh(complex);
+    Decimator decimator(pilot.complex, rule, options.single_precision);
+    decimator.run(*options.faces, 0, [](std::uint64_t) {});
+    pilot.collapses = decimator.collapses();
+    const Mesh result = to_mesh(pilot.complex);
     const ClosestPointTree tree(result.vertices, result.triangles);
     const std::uint64_t stride = std::max<std::uint64_t>(original.vertices() / pilot_samples, 1);
     double worst = 0;
     for (std::uint64_t v = 0; v < original.vertices(); v += stride)
         worst = std::max(worst, tree.find(original.position(std::uint32_t(v))).squared);
-    return std::sqrt(worst);
+    pilot.error = std::sqrt(worst);
+    return pilot;
 }
 
 /// The shell that the options ask for, if any.
@@ -136,23 +146,34 @@ void check_faces(const Job& job) {
                         *job.options.faces, fewest));
 }
 
-/// Runs the decimator within the tolerance, or within the least that reaches the face count. Returns it.
-template <class Report>
-double decimate(const Job& job, const Complex& original, double least, Decimator& decimator, Report&& report) {
-    const SimplifyOptions& o = job.options;
-    const std::uint64_t faces = o.faces.value_or(0);
-    if (o.method != SimplifyMethod::certified || !o.faces) {
-        decimator.run(faces, o.tolerance.value_or(no_limit), report);
-        return o.tolerance.value_or(no_limit);
+/// Of the bounds: no two points of the mesh are farther apart, and no tolerance above it means anything.
+double diagonal(const Complex& complex) {
+    Box box{complex.position(0), complex.position(0)};
+    for (std::uint32_t v = 1; v < complex.vertices(); ++v) {
+        const Vec3& p = complex.position(v);
+        box.min = {std::min(box.min.x, p.x), std::min(box.min.y, p.y), std::min(box.min.z, p.z)};
+        box.max = {std::max(box.max.x, p.x), std::max(box.max.y, p.y), std::max(box.max.z, p.z)};
     }
-    const double limit = o.tolerance.value_or(no_limit);
-    double tolerance = std::min(std::max(first_tolerance * error_of_quadrics(original, faces), least), limit);
-    for (double step = tolerance_step; !decimator.run(faces, tolerance, report); step *= step_growth) {
+    return norm(box.max - box.min);
+}
+
+/// Runs the decimator within the least tolerance that reaches the face count. Returns the one that the last
+/// collapse kept to.
+template <class Report>
+double reach_faces(const SimplifyOptions& o, double pilot_error, double least, double most,
+                   Decimator& decimator, Report&& report) {
+    const std::uint64_t faces = *o.faces;
+    const double limit = o.tolerance.value_or(std::max(most, least));
+    double tolerance = std::min(std::max(first_tolerance * pilot_error, least), limit);
+    double kept = least;
+    for (double step = tolerance_step;; step *= step_growth) {
+        const std::uint64_t before = decimator.collapses();
+        const bool reached = decimator.run(faces, tolerance, report);
+        if (decimator.collapses() > before) kept = tolerance;
         const double next = decimator.next_tolerance(tolerance);
-        if (next > limit || tolerance == limit) break;
+        if (reached || next > limit || tolerance == limit) return kept;
         tolerance = std::min(std::max(next, step * tolerance), limit);
     }
-    return tolerance;
 }
 
 SimplifyStop stop_reason(const Job& job, bool keeps_tolerance) {
@@ -215,29 +236,54 @@ double least_tolerance(const SimplifyOptions& o, const CollapseRule& rule, doubl
     return least;
 }
 
+/// Rarely, where the faces that the count allows are large for the details of the mesh, quadrics alone do
+/// better than collapses that must be proven one by one. Then their result is proven as a whole, and taken.
+void take_pilot_if_better(Job& job, Pilot& pilot, const Complex& original) {
+    const SimplifyOptions& o = job.options;
+    double& bound = *job.report.proven_bound;
+    const bool comparable = !job.shell && !o.no_self_intersections &&
+                            pilot.complex.living_triangles() <= job.complex.living_triangles();
+    if (!comparable || pilot.error >= bound) return;
+    const Mesh before = to_mesh(original), after = to_mesh(pilot.complex);
+    const double there = hausdorff_bound(before, after, bound, o.progress);
+    if (there >= bound) return;
+    const double both = std::max(there, hausdorff_bound(after, before, bound, o.progress));
+    if (both >= bound) return;
+    bound = both;
+    job.complex = std::move(pilot.complex);
+    job.report.collapses = pilot.collapses;
+}
+
 void run(Job& job) {
     const SimplifyOptions& o = job.options;
     const Stopwatch watch;
     const bool keeps_tolerance = o.method == SimplifyMethod::certified && (o.tolerance || o.faces);
     if (o.no_self_intersections) require_no_intersections(job.complex, "the mesh meets itself");
     const std::unique_ptr<CollapseRule> rule = make_rule(job, keeps_tolerance);
-    const Complex original = o.faces && keeps_tolerance ? job.complex : Complex(Mesh{});
+    const bool by_pilot = keeps_tolerance && o.faces;
+    const Complex original = by_pilot ? job.complex : Complex(Mesh{});
     const double moved = o.single_precision ? job.complex.round_to_single() : 0.0;
     const double least = least_tolerance(o, *rule, moved);
+    Pilot pilot = by_pilot ? run_pilot(original, job.complex, o) : Pilot{};
 
     std::optional<WithoutIntersections> without;
     if (o.no_self_intersections) without.emplace(*rule, job.complex);
     Decimator decimator(job.complex, without ? *without : *rule, o.single_precision);
     Stage stage(o.progress, "simplify",
                 job.complex.living_triangles() - std::min(o.faces.value_or(0), job.complex.living_triangles()));
-    const double tolerance =
-        decimate(job, original, least, decimator, [&](std::uint64_t gone) { stage.advance(gone); });
+    const auto advance = [&](std::uint64_t gone) { stage.advance(gone); };
+    double tolerance = o.tolerance.value_or(no_limit);
+    if (by_pilot)
+        tolerance = reach_faces(o, pilot.error, least, diagonal(original), decimator, advance);
+    else
+        decimator.run(o.faces.value_or(0), tolerance, advance);
 
     SimplifyReport& report = job.report;
     report.collapses = decimator.collapses();
     report.refused = decimator.refused();
-    report.stop = stop_reason(job, keeps_tolerance);
     if (keeps_tolerance) report.proven_bound = tolerance;
+    if (by_pilot) take_pilot_if_better(job, pilot, original);
+    report.stop = stop_reason(job, keeps_tolerance);
     if (o.method == SimplifyMethod::certified && job.shell)
         report.in_shell = moved == 0 || whole_in_shell(job.complex, *job.shell);
     if (o.no_self_intersections) require_no_intersections(job.complex, "the result meets itself");

@@ -1,4 +1,3 @@
-#include <oneapi/tbb/parallel_sort.h>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -230,7 +229,7 @@ private:
         });
         std::vector<std::uint64_t> keys;
         for (const auto& part : parts) keys.insert(keys.end(), part.begin(), part.end());
-        oneapi::tbb::parallel_sort(keys.begin(), keys.end());
+        parallel_sort(keys);
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
         return keys;
     }

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -53,6 +54,13 @@ TEST(Rays, MeetABallWhereTheyShould) {
         EXPECT_FALSE(scene.blocked({1.01 * out, out}));
         EXPECT_FALSE(scene.blocked({3 * out, -1 * out, 0, 1.9}));
     }
+}
+
+TEST(Rays, LeaveTheThreadsOfTheProcessAlone) {
+    using oneapi::tbb::global_control;
+    const auto before = global_control::active_value(global_control::max_allowed_parallelism);
+    const RayScene scene;
+    EXPECT_EQ(global_control::active_value(global_control::max_allowed_parallelism), before);
 }
 
 TEST(Rays, HalfSpacesCut) {

@@ -9,6 +9,7 @@
 #include "shell/triangle_bounds.h"
 #include "simplify/brute_force.h"
 #include "simplify/deviation.h"
+#include "simplify/hausdorff_bound.h"
 #include "simplify/intersections.h"
 #include "simplify/rules.h"
 #include "support/zoo.h"
@@ -36,6 +37,28 @@ TEST(Frame, DistanceIsThatOfBruteForceForEveryShape) {
             EXPECT_NEAR(std::sqrt(squared_distance(f, e, p)), expected, 256 * unit_roundoff * 20) << i;
         }
     }
+}
+
+TEST(HausdorffBound, IsAboveDenseSamplesAndTight) {
+    std::mt19937_64 random(2);
+    std::normal_distribution<double> normal;
+    for (const double noise : {1e-3, 0.03, 0.3}) {
+        const Mesh m = zoo::sphere({0, 0, 0}, 1, 3);
+        Mesh n = zoo::torus(0.8, 0.3, 24, 12);
+        for (Vec3& v : n.vertices) v = v + noise * Vec3{normal(random), normal(random), normal(random)};
+        for (const auto& [from, to] : {std::pair<const Mesh*, const Mesh*>{&m, &n}, {&n, &m}}) {
+            const double bound = hausdorff_bound(*from, *to, 1e9, {});
+            const double measured = mesh_distance(*from, *to, 400'000).max;
+            EXPECT_GE(bound, measured);
+            EXPECT_LE(bound, 1.06 * measured);  // a twentieth, and what samples miss
+            EXPECT_EQ(hausdorff_bound(*from, *to, 0.9 * measured, {}), std::numeric_limits<double>::infinity());
+        }
+    }
+    // Of a triangle to a part of itself, known: corner to edge.
+    const Mesh large{{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, {{0, 1, 2}}};
+    const Mesh small{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}, {{0, 1, 2}}};
+    EXPECT_NEAR(hausdorff_bound(large, small, 10, {}), 2, 0.1 + 1e-9);
+    EXPECT_LE(hausdorff_bound(small, large, 10, {}), 1e-12);
 }
 
 TEST(Quadric, MinimumOfThreePlanesIsTheirPoint) {

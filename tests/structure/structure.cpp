@@ -101,11 +101,20 @@ std::string module_of_include(const std::string& name) {
     return stem == "version" ? "base" : stem == "view" ? "picture" : stem;
 }
 
+/// What is wrong with a header of others that a file in `module` includes, or nothing.
+std::string judge_foreign(const std::string& module, const Include& include) {
+    if (first_folder(include.name) == "its")
+        return fmt::format("includes <{}>; our own headers stand in quotes", include.name);
+    const bool parallel = include.name.starts_with("oneapi/tbb") || include.name.starts_with("tbb/");
+    if (parallel && module != "base")
+        return fmt::format("includes <{}>: base/parallel.h is the one parallel layer", include.name);
+    return "";
+}
+
 /// What is wrong with one include of a file in `module`, or nothing.
 std::string judge(const fs::path& root, const std::string& module, const Include& include) {
+    if (!include.quoted) return judge_foreign(module, include);
     const bool is_public = first_folder(include.name) == "its";
-    if (!include.quoted)
-        return is_public ? fmt::format("includes <{}>; our own headers stand in quotes", include.name) : "";
     if (!fs::exists(root / (is_public ? "include" : "src") / include.name) ||
         include.name.find("..") != std::string::npos)
         return fmt::format("includes \"{}\", which is neither its/FILE.h nor MODULE/FILE.h", include.name);

@@ -112,6 +112,12 @@ TEST(Checker, FindsASibling) {
     EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("query is beside it")));
 }
 
+TEST(Checker, FindsASecondParallelLayer) {
+    const FakeTree tree{{"src/base/parallel.h", "#include <oneapi/tbb/parallel_for.h>\n"},
+                        {"src/surface/a.cpp", "#include <oneapi/tbb/parallel_sort.h>\n"}};
+    EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("the one parallel layer")));
+}
+
 TEST(Checker, FindsIncludesThatAreNotModuleAndFile) {
     const FakeTree tree(
         {{"src/mesh/a.h", ""},
