@@ -15,7 +15,11 @@ constexpr std::uint64_t cube_grain = 64;
 
 /// Patches farther from a cube than this many of their radii are dipoles; measured, docs/design/signs.md.
 /// First a rough look, which is enough for most cubes.
-constexpr double rough_opening = 0.5, opening = 2, finer_opening = 12;
+constexpr double rough_opening = 0.5, opening = 2;
+/// Cubes share the surroundings of the cube this many levels above.
+constexpr int common_levels = 2;
+/// Of the points of a group together, and of one point. With 3 instead of 6 far more points need their own.
+constexpr double group_opening = 6, point_opening = 16;
 
 /// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
 /// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
@@ -42,10 +46,37 @@ struct GeneralizedSigns::Cube {
 };
 
 struct GeneralizedSigns::Scratch {
-    Filling::Local local, finer;
+    Filling::Local local, finer, finest;
     Filling::Local::Points points;
-    Filling::Local::Estimates estimates;
+    Filling::Local::Estimates estimates, finer_estimates;
+    bool has_finer = false;
+
+    Filling::Surroundings around;  ///< of the cube `ancestor`
+    int ancestor_level = -1;
+    std::uint64_t ancestor = 0;
 };
+
+/// The surroundings of the cube some levels above, found anew only when that changes.
+const Filling::Surroundings& GeneralizedSigns::surroundings(const Cube& cube, Scratch& scratch) const {
+    const int level = std::min(cube.level + common_levels, lattice_.depth + 1);
+    const std::uint64_t code = morton_encode(cube.at) >> 3 * (level - cube.level);
+    if (scratch.ancestor_level != level || scratch.ancestor != code) {
+        const Cube above{level, morton_decode(code)};
+        filling_.surround(centre(above), ball_radius(above), scratch.around);
+        scratch.ancestor_level = level;
+        scratch.ancestor = code;
+    }
+    return scratch.around;
+}
+
+double GeneralizedSigns::ball_radius(const Cube& cube) const {
+    return 0.8660254037844387 * 2 * double(cube.step()) * lattice_.width * (1 + 0x1p-40);
+}
+
+Vec3 GeneralizedSigns::centre(const Cube& cube) const {
+    return lattice_.position(
+        {cube.begin(0) + cube.step(), cube.begin(1) + cube.step(), cube.begin(2) + cube.step()});
+}
 
 /// A corner of a finest cell in which inside and outside meet, and how far it is from where they do.
 struct GeneralizedSigns::Near {
@@ -91,11 +122,10 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
             apart || cube.end(axis) < first_[std::size_t(axis)] || cube.begin(axis) > last_[std::size_t(axis)];
     }
     if (apart) return {.decided = true, .may_flip = false, .threshold = never};
-    const Vec3 centre = lattice_.position(
-        {cube.begin(0) + cube.step(), cube.begin(1) + cube.step(), cube.begin(2) + cube.step()});
-    const double radius = 0.8660254037844387 * 2 * double(cube.step()) * lattice_.width * (1 + 0x1p-40);
+    const Vec3 centre = this->centre(cube);
+    const double radius = ball_radius(cube);
     for (const double accuracy : {rough_opening, opening}) {
-        filling_.localise(centre, radius, accuracy, scratch.local);
+        filling_.localise(centre, radius, accuracy, surroundings(cube, scratch), scratch.local);
         const WindingEstimate w = scratch.local.at(centre);
         const double spread = scratch.local.variation() + w.error + decision_gap;
         out.may_flip = !(std::abs(w.value - (std::floor(w.value) + 0.5)) > spread);
@@ -108,20 +138,30 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
     return out;
 }
 
-/// Whether w = (crossings of M + F) − w_F = (crossings of M) + boundary term > ½.
-bool GeneralizedSigns::decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling,
-                              const WindingEstimate& estimate, Filling::Local& finer) const {
-    bool inside = false;
-    const auto settled = [&](const WindingEstimate& w) {
-        const double above = of_mesh + of_filling - w.value - 0.5;
-        inside = above > 0;
-        return std::abs(above) > w.error + decision_gap;
-    };
-    if (settled(estimate)) return inside;
-    if (filling_.edges() > few_edges) {
-        filling_.localise(p, 0, finer_opening, finer);
-        if (settled(finer.at(p))) return inside;
+/// Finer estimates of a group's points, made when the first of them asks.
+WindingEstimate GeneralizedSigns::finer_estimate(const Cube& cube, int i, Scratch& scratch) const {
+    if (!scratch.has_finer) {
+        filling_.localise(centre(cube), ball_radius(cube), group_opening, surroundings(cube, scratch),
+                          scratch.finer);
+        scratch.finer.at(scratch.points, scratch.finer_estimates);
+        scratch.has_finer = true;
     }
+    return {scratch.finer_estimates.value[i], scratch.finer_estimates.error[i]};
+}
+
+WindingEstimate GeneralizedSigns::finest_estimate(const Vec3& p, Filling::Local& local) const {
+    filling_.localise(p, 0, point_opening, local);
+    return local.at(p);
+}
+
+/// Whether `estimate` tells on which side w = (crossings of M + F) − w_F is; `above` receives w − ½.
+bool GeneralizedSigns::settles(const WindingEstimate& estimate, std::int32_t crossings, double& above) {
+    above = crossings - estimate.value - 0.5;
+    return std::abs(above) > estimate.error + decision_gap;
+}
+
+/// w > ½ for what no estimate decides; w = (crossings of M) + boundary term.
+bool GeneralizedSigns::decide_exactly(const Vec3& p, std::int32_t of_mesh) const {
     const WindingEstimate boundary = filling_.boundary_term(p);
     return of_mesh + boundary.value - 0.5 > boundary.error;
 }
@@ -156,9 +196,18 @@ std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch
         points.z[i] = lattice_.position(2, cube.begin(2) + cube.step() * (p / 9));
     }
     scratch.local.at(points, scratch.estimates);
+    scratch.has_finer = false;
+    const bool few = filling_.edges() <= few_edges;
     return select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
-        return decide({points.x[i], points.y[i], points.z[i]}, of_mesh, of_filling,
-                      {scratch.estimates.value[i], scratch.estimates.error[i]}, scratch.finer);
+        const std::int32_t crossings = of_mesh + of_filling;
+        double above = 0;
+        if (settles({scratch.estimates.value[i], scratch.estimates.error[i]}, crossings, above))
+            return above > 0;
+        const Vec3 p{points.x[i], points.y[i], points.z[i]};
+        if (!few && (settles(finer_estimate(cube, i, scratch), crossings, above) ||
+                     settles(finest_estimate(p, scratch.finest), crossings, above)))
+            return above > 0;
+        return decide_exactly(p, of_mesh);
     });
 }
 
@@ -189,18 +238,22 @@ bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) co
     filling_lines_.winding(x, y, z, 1, of_filling);
     Scratch scratch;
     const Vec3 p = lattice_.position(at);
+    double above = 0;
     filling_.localise(p, 0, opening, scratch.local);
-    return decide(p, of_mesh[0], of_filling[0], scratch.local.at(p), scratch.finer);
+    if (settles(scratch.local.at(p), of_mesh[0] + of_filling[0], above)) return above > 0;
+    return decide_exactly(p, of_mesh[0]);
 }
 
 /// The winding number of a point, precise enough to tell how far w = ½ is.
-double GeneralizedSigns::precise_winding(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling,
-                                         const WindingEstimate& estimate, Filling::Local& finer) const {
-    if (estimate.error <= precise_enough) return of_mesh + of_filling - estimate.value;
+double GeneralizedSigns::precise_winding(const Cube& cube, int i, std::int32_t of_mesh, std::int32_t of_filling,
+                                         Scratch& scratch) const {
+    if (scratch.estimates.error[i] <= precise_enough) return of_mesh + of_filling - scratch.estimates.value[i];
+    const Vec3 p{scratch.points.x[i], scratch.points.y[i], scratch.points.z[i]};
     if (filling_.edges() > few_edges) {
-        filling_.localise(p, 0, finer_opening, finer);
-        const WindingEstimate w = finer.at(p);
-        if (w.error <= finer_enough) return of_mesh + of_filling - w.value;
+        const WindingEstimate finer = finer_estimate(cube, i, scratch);
+        if (finer.error <= finer_enough) return of_mesh + of_filling - finer.value;
+        const WindingEstimate finest = finest_estimate(p, scratch.finest);
+        if (finest.error <= finer_enough) return of_mesh + of_filling - finest.value;
     }
     return of_mesh + filling_.boundary_term(p).value;
 }
@@ -221,9 +274,7 @@ void GeneralizedSigns::find_near(const Cube& cube, std::uint32_t inside, Scratch
     std::uint32_t known = 0;  // what is not is beyond the bounding box
     select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
         if ((wanted >> i & 1) == 0) return false;
-        const Filling::Local::Points& at = scratch.points;
-        w[i] = precise_winding({at.x[i], at.y[i], at.z[i]}, of_mesh, of_filling,
-                               {scratch.estimates.value[i], scratch.estimates.error[i]}, scratch.finer);
+        w[i] = precise_winding(cube, i, of_mesh, of_filling, scratch);
         known |= 1u << i;
         return false;
     });

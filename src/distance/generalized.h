@@ -41,8 +41,15 @@ private:
     struct Judgement;
     struct Near;
 
-    double precise_winding(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling,
-                           const WindingEstimate& estimate, Filling::Local& finer) const;
+    Vec3 centre(const Cube& cube) const;
+    double ball_radius(const Cube& cube) const;  ///< of a ball about the centre that holds the cube
+    const Filling::Surroundings& surroundings(const Cube& cube, Scratch& scratch) const;
+    WindingEstimate finer_estimate(const Cube& cube, int i, Scratch& scratch) const;
+    WindingEstimate finest_estimate(const Vec3& p, Filling::Local& local) const;
+    static bool settles(const WindingEstimate& estimate, std::int32_t crossings, double& above);
+    bool decide_exactly(const Vec3& p, std::int32_t of_mesh) const;
+    double precise_winding(const Cube& cube, int i, std::int32_t of_mesh, std::int32_t of_filling,
+                           Scratch& scratch) const;
     void find_near(const Cube& cube, std::uint32_t inside, Scratch& scratch, std::vector<Near>& near) const;
     void remember(std::vector<Near>& near);
     double hole_distance(std::uint64_t point) const;
@@ -50,8 +57,6 @@ private:
     static std::size_t filter_place(std::uint64_t point);
 
     Judgement judge(const Cube& cube, Scratch& scratch) const;
-    bool decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling, const WindingEstimate& estimate,
-                Filling::Local& finer) const;
     std::uint32_t inside_points(const Cube& cube, Scratch& scratch) const;
     bool recall(const Cube& cube, std::uint32_t& bits) const;
     template <class F>

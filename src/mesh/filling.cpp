@@ -21,6 +21,9 @@ constexpr double whole_sphere = 4 * std::numbers::pi;
 /// A patch is a dipole at less than the opening asked for, and at more than the least, where its error is
 /// smaller than this over the opening's square; measured, docs/design/signs.md.
 constexpr double least_opening = 0.25, small_error = 0x1p-8;
+/// Loops are common to all of the surroundings where their error is smaller than this. With 2^-12 thousands of
+/// loops add up to too much.
+constexpr double small_common_error = 0x1p-14;
 /// Moments are sums of some tens of terms with relative errors of a few u: bounds are widened by far more.
 constexpr double outward = 1 + 0x1p-40, inward = 1 - 0x1p-40;
 
@@ -228,7 +231,7 @@ std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
     return std::uint32_t(nodes_.size() - 1);
 }
 
-void Filling::localise(const Vec3& centre, double radius, double opening, Local& local) const {
+void Filling::clear(const Vec3& centre, double radius, Local& local) {
     local.centre_ = centre;
     local.gradient_ = {};
     local.radius_ = radius;
@@ -236,7 +239,46 @@ void Filling::localise(const Vec3& centre, double radius, double opening, Local&
     local.clear_ = true;
     local.vertices_.clear();
     local.triangles_.clear();
+}
+
+void Filling::localise(const Vec3& centre, double radius, double opening, Local& local) const {
+    clear(centre, radius, local);
     if (root_ != none) collect(root_, none, none, opening, local);
+}
+
+void Filling::surround(const Vec3& centre, double radius, Surroundings& surroundings) const {
+    clear(centre, radius, surroundings.far_);
+    surroundings.near_.clear();
+    if (root_ != none) collect_loops(root_, surroundings);
+}
+
+void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) const {
+    const Node& node = nodes_[index];
+    Local& far = surroundings.far_;
+    const double length = norm(node.centre - far.centre_), gap = length - far.radius_ - node.radius;
+    if (gap > least_opening * node.radius) {
+        const Far errors = far_errors(node, length, gap, far.radius_);
+        if (errors.error < small_common_error) return add_far(node, length, errors, far);
+    }
+    if (node.middle != none || node.left == none) {
+        surroundings.near_.push_back(index);
+        return;
+    }
+    collect_loops(node.left, surroundings);
+    collect_loops(node.right, surroundings);
+}
+
+/// What the surroundings have in common is within its error of a linear function at all points: it varies by
+/// that function's slope, and by twice the error.
+void Filling::localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
+                       Local& local) const {
+    clear(centre, radius, local);
+    const Local& far = surroundings.far_;
+    local.value_ = far.value_ + dot(far.gradient_, centre - far.centre_);
+    local.gradient_ = far.gradient_;
+    local.error_ = far.error_ + 16 * unit_roundoff * (std::abs(far.value_) + norm(far.gradient_) * far.radius_);
+    local.variation_ = (norm(far.gradient_) * radius + 2 * local.error_) * outward;
+    for (const std::uint32_t index : surroundings.near_) collect(index, none, none, opening, local);
 }
 
 /// With K(y) = y/|y|³, whose derivatives are bounded by 2/|y|³ and 6/|y|⁴, the patch's solid angle is

@@ -71,6 +71,21 @@ public:
         std::vector<Seen> seen_;
     };
 
+    /// What balls within a larger ball share: the loops that are far from all of it, expanded about its centre,
+    /// and the others.
+    class Surroundings {
+        friend class Filling;
+        Local far_;
+        std::vector<std::uint32_t> near_;  ///< nodes of loops, or of several
+    };
+
+    /// \param surroundings  receives the result; its memory is used again
+    void surround(const Vec3& centre, double radius, Surroundings& surroundings) const;
+
+    /// The same as below for points that are in the surroundings' ball, too.
+    void localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
+                  Local& local) const;
+
     /// \param opening  patches farther from the ball than this many of their radii are dipoles; > 0
     /// \param local  receives the result; its memory is used again
     void localise(const Vec3& centre, double radius, double opening, Local& local) const;
@@ -107,6 +122,8 @@ private:
     std::uint32_t finish(Node node, std::span<const Vec3> corners);
     void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
                  Local& local) const;
+    void collect_loops(std::uint32_t index, Surroundings& surroundings) const;
+    static void clear(const Vec3& centre, double radius, Local& local);
     bool comes_near(const Node& node, double gap, const Local& local) const;
     /// What a dipole may be off by over a ball, and how much it may change in it.
     struct Far {
