@@ -18,6 +18,7 @@
 
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
+#include "its/distance.h"
 #include "its/simplify.h"
 #include "peer_simplify.h"
 #include "simplify/intersections.h"

@@ -1,8 +1,8 @@
 // Surfaces that wrap a mesh, beside CGAL's alpha wrapping and OpenVDB's volumeToMesh. Usage:
 //   bench_surface MESH [--depths=6-9] [--threads=1,2] [--repeat=3] [--no-peers] [--no-slow]
 // Prints Markdown tables. Seconds are of the fastest repetition, for our surfaces with the certificate;
-// tightness is the one-sided Hausdorff distance from each surface to the mesh and back, measured at vertices
-// and centroids in the same way for all, relative to the diagonal of the mesh's bounds. --no-slow leaves out
+// tightness is the one-sided Hausdorff distance from each surface to the mesh and back, measured by
+// mesh_distance() for all, relative to the diagonal of the mesh's bounds. --no-slow leaves out
 // the alpha wrap that takes half a minute.
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 #include <iostream>
 #include <sstream>
 
-#include "distance_between.h"
+#include "its/distance.h"
 #include "its/surface.h"
 #include "peer_surfaces.h"
 
@@ -53,9 +53,9 @@ Options parse(int argc, char** argv) {
 
 void print_row(const std::string& method, const std::string& lattice, int threads, const Seconds& seconds,
                const Mesh& surface, const Mesh& mesh, double diagonal, const std::string& proven) {
-    const TwoDistances d = distances_between(surface, mesh);
+    const double there = mesh_distance(surface, mesh).max, back = mesh_distance(mesh, surface).max;
     fmt::print("| {} | {} | {} | {:.3f} | {:.3f} | {} | {:.5f} | {:.5f} | {} |\n", method, lattice, threads,
-               seconds.wall, seconds.processor, surface.triangles.size(), d.there / diagonal, d.back / diagonal,
+               seconds.wall, seconds.processor, surface.triangles.size(), there / diagonal, back / diagonal,
                proven);
     std::fflush(stdout);
 }

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "common.h"
+#include "its/distance.h"
 #include "report.h"
 
 namespace its::cli {

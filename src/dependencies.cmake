@@ -5,10 +5,10 @@ find_path(ITS_TINYGLTF_INCLUDE tiny_gltf.h REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(ZLIB REQUIRED)
 target_include_directories(its SYSTEM PRIVATE ${ITS_TINYGLTF_INCLUDE})
-target_link_libraries(its PRIVATE nlohmann_json::nlohmann_json ZLIB::ZLIB)
+target_link_libraries(its PRIVATE $<BUILD_INTERFACE:nlohmann_json::nlohmann_json> ZLIB::ZLIB)
 # Boost.Multiprecision (headers): the predicates' fallback for coordinates outside the range of expansions.
 find_package(Boost 1.74 REQUIRED)
-target_link_libraries(its PRIVATE Boost::headers)
+target_link_libraries(its PRIVATE $<BUILD_INTERFACE:Boost::headers>)
 
 # shell: hash of the input; io: checksums of .its files
 find_package(PkgConfig REQUIRED)

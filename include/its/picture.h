@@ -19,7 +19,7 @@ struct SliceOptions {
     const Mesh* mesh = nullptr;        ///< its section is drawn; null: that of the shell's own mesh
     int size = 1024;                   ///< pixels of the longer side of the plot, 64 to 8192
     bool cells = false;                ///< draw the octree's cells
-    int threads = 0;
+    int threads = 0;                   ///< 0: all. The result is the same bytes for any number
 };
 
 /// 8-bit RGB, rows from the top.

@@ -12,23 +12,25 @@
 namespace its {
 
 enum class SimplifyMethod : std::uint8_t {
-    certified,  ///< proven: result near M and M near result, and every point of the result in the shell, see
-                ///< below
+    certified,  ///< proven: what SimplifyOptions says
     vertex,     ///< the paper's: a new vertex v needs ε₁ < f(v) < ε₂
     priority,   ///< the paper's: cheapest first by quadric error + γ f²
     qem,        ///< quadric errors alone (Garland and Heckbert 1997)
 };
 
-/// What `certified` proves depends on what is asked for; lengths are of the mesh's surface M and of the result
-/// R, every point of them.
-///  - `tolerance`: d(x, M) ≤ tolerance for x in R, and d(y, R) ≤ tolerance for y in M. Collapses until none is
-///  left
-///    that keeps this.
-///  - `faces`: the same, with a tolerance that is raised from below until the count is reached; the report has
-///  it.
-///  - both: the tolerance is not exceeded, and the count ends it.
-///  - `depth`: besides, every point of R evaluates to f in [ε₁, ε₂] of the shell of that depth.
-///  - neither `tolerance` nor `faces`: the shell alone, of the depth that build() chooses if none is given.
+/// What `certified` proves depends on what is asked for. Lengths are in mesh units, and hold for every point of
+/// the mesh's surface M and of the result R.
+///
+/// `tolerance`: d(x, M) ≤ tolerance for x in R, and d(y, R) ≤ tolerance for y in M. Collapses until none is
+/// left that keeps this.
+///
+/// `faces`: the same, with a tolerance that is raised until the count is reached; the report has it.
+///
+/// Both: the tolerance is not exceeded, and the count ends it.
+///
+/// `depth`: besides, every point of R evaluates to f in [ε₁, ε₂] of the shell of that depth.
+///
+/// Neither `tolerance` nor `faces`: the shell alone, of the depth that build() chooses if none is given.
 struct SimplifyOptions {
     SimplifyMethod method = SimplifyMethod::certified;
     /// Stop at this many triangles or fewer; at least what the mesh's topology needs. priority and qem need it.
@@ -50,8 +52,7 @@ struct SimplifyOptions {
 
 enum class SimplifyStop : std::uint8_t {
     faces_reached,
-    tolerance_reached,  ///< no collapse is left that is proven to keep the tolerance, the shell and the
-                        ///< topology
+    tolerance_reached,  ///< no collapse is left that is proven to keep tolerance, shell and topology
     shell_reached,      ///< no collapse is left that keeps the shell and the topology
     topology_reached,   ///< no collapse is left that keeps the topology and flips no triangle
 };
@@ -85,15 +86,5 @@ struct Simplified {
 ///         above which the shell of the given depth is thicker, fewer faces than the topology needs),
 ///         MemoryError, Cancelled.
 Simplified simplify(const Mesh& mesh, const SimplifyOptions& options = {});
-
-/// Distances from samples of one mesh to another: measured, a lower bound of what is so for all points.
-struct MeshDistance {
-    double max = 0;                         ///< one-sided Hausdorff distance
-    double mean = 0, root_mean_square = 0;  ///< by area
-};
-
-/// From points of `from` to `to`: vertices (for max alone), and `samples` points in a regular order, by area.
-/// \throws InputError, as simplify()
-MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples = 200'000, int threads = 0);
 
 }  // namespace its

@@ -50,8 +50,8 @@ struct SurfaceReport {
     int depth_wanted = 0;
     double cell_width = 0;    ///< of the lattice it was extracted on
     std::uint64_t cells = 0;  ///< lattice cells that the surface runs through
-    /// Measured one-sided Hausdorff distances, at vertices and centroids of triangles: from the surface to M,
-    /// and from M to the surface. With `measure` only.
+    /// MeshDistance::max of mesh_distance(), from the surface to M and from M to the surface: measured lower
+    /// bounds of the one-sided Hausdorff distances. With `measure` only.
     std::optional<double> to_mesh = {}, from_mesh = {};
     double seconds = 0, seconds_measure = 0;  ///< wall clock: extraction with certificate; measuring
 };

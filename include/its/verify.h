@@ -11,14 +11,14 @@
 namespace its {
 
 struct VerifyOptions {
-    std::uint64_t samples = 1'000'000;  ///< on M, uniform by area
-    std::uint64_t seed = 20240;
+    std::uint64_t samples = 1'000'000;   ///< on M, uniform by area
+    std::uint64_t seed = 20240;          ///< of the random samples
     std::uint64_t sign_samples = 2'000;  ///< grid points whose winding number is summed from solid angles
-    int threads = 0;
+    int threads = 0;                     ///< 0: all. The result is the same for any number
     Progress progress = {};
 };
 
-/// One promise of docs/guarantees, checked.
+/// One promise of docs/design/verify.md, checked.
 struct VerifyCheck {
     std::string name;  ///< "G1 containment, sampled", …
     bool passed = false;

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "distance/closest_point.h"
+#include "distance/searchable.h"
 #include "geometry/vec3.h"
 
 namespace its {
@@ -14,23 +15,9 @@ namespace {
 
 constexpr std::uint64_t grain = 512;  // points: below it, a batch is serial
 
-constexpr double largest_coordinate = 1e75;  // beyond it, products of coordinates could overflow
-
 /// The mesh, if it can be searched. \throws InputError
 const Mesh& checked(const Mesh& mesh) {
-    if (mesh.triangles.empty()) throw InputError("the mesh has no triangles");
-    if (mesh.triangles.size() >= ClosestPointTree::leaf_bit)
-        throw InputError(fmt::format("the mesh has {} triangles; at most {} can be searched",
-                                     mesh.triangles.size(), ClosestPointTree::leaf_bit - 1));
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        for (const std::uint32_t v : mesh.triangles[i]) {
-            if (v >= mesh.vertices.size())
-                throw InputError(fmt::format("triangle {} uses vertex {} of {}", i, v, mesh.vertices.size()));
-            for (int axis = 0; axis < 3; ++axis)
-                if (!(std::abs(mesh.vertices[v][axis]) <= largest_coordinate))
-                    throw InputError(fmt::format("vertex {} is not a finite point of magnitude at most {:g}", v,
-                                                 largest_coordinate));
-        }
+    require_searchable(mesh);
     return mesh;
 }
 

@@ -71,7 +71,7 @@ inline bool is_payload(std::uint32_t kind) {
            kind == list_bytes || kind == cell_winding;
 }
 
-/// The arrays of version 1 that the shell no longer has.
+/// The arrays that only version 1 has.
 struct OldArrays {
     std::vector<Array<std::uint64_t>> first;  // of each level
     Array<std::uint64_t> offset;

@@ -9,6 +9,7 @@
 
 #include "base/parallel.h"
 #include "its/picture.h"
+#include "mesh/require.h"
 #include "octree/lattice.h"
 #include "picture/legend.h"
 #include "picture/plot.h"
@@ -32,17 +33,8 @@ constexpr double contour_spacing = 0.05;  // of s
 /// The inset shows this many thicknesses of the shell, or cells if that is more.
 constexpr double inset_thicknesses = 5, inset_cells = 2.5;
 
-void check_mesh(const Mesh& mesh) {
-    if (mesh.triangles.empty()) throw InputError("the mesh to draw has no triangles");
-    for (const Triangle& t : mesh.triangles)
-        for (const std::uint32_t v : t)
-            if (v >= mesh.vertices.size() || !finite(mesh.vertices[v]))
-                throw InputError(
-                    "the mesh to draw has an index out of range or a coordinate that is not finite");
-}
-
 void check(const SliceOptions& options) {
-    if (options.mesh) check_mesh(*options.mesh);
+    if (options.mesh) require_usable(*options.mesh);
     if (options.normal && (!finite(*options.normal) || *options.normal == Vec3{}))
         throw OptionError("the normal of the plane must be finite and not zero");
     if (options.through && !finite(*options.through))

@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
+#include "mesh/require.h"
 #include "simplify/hausdorff_bound.h"
 #include "simplify/rules.h"
 
@@ -27,20 +28,10 @@ constexpr std::uint64_t pilot_samples = 10'000;
 
 /// \throws InputError
 void check_mesh(const Mesh& mesh) {
-    if (mesh.triangles.empty()) throw InputError("the mesh has no triangles");
     if (mesh.triangles.size() >= no_index / 3)
         throw InputError(fmt::format("the mesh has {} triangles; at most {} can be simplified",
                                      mesh.triangles.size(), no_index / 3 - 1));
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (const std::uint32_t v : mesh.triangles[t]) {
-            if (v >= mesh.vertices.size())
-                throw InputError(fmt::format("triangle {} uses vertex {} of {}", t, v, mesh.vertices.size()));
-            const Vec3& p = mesh.vertices[v];
-            if (!finite(p)) throw InputError(fmt::format("vertex {} is not a finite point", v));
-            if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= 1e75))
-                throw InputError(fmt::format("vertex {} is beyond 1e75, where squares overflow", v));
-        }
-    }
+    require_usable(mesh, largest_coordinate);
 }
 
 std::string_view name(SimplifyMethod method) {
@@ -326,62 +317,6 @@ Simplified simplify(const Mesh& mesh, const SimplifyOptions& options) {
     Simplified result{to_mesh(job.complex), job.report};
     result.report.seconds.total = watch.seconds();
     return result;
-}
-
-MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples, int threads) {
-    check_mesh(from);
-    check_mesh(to);
-    return with_threads(threads, [&] {
-        const ClosestPointTree tree(to.vertices, to.triangles);
-        std::vector<double> area_before(from.triangles.size() + 1, 0);
-        for (std::size_t t = 0; t < from.triangles.size(); ++t) {
-            const auto& [a, b, c] = from.triangles[t];
-            const Vec3& p = from.vertices[a];
-            area_before[t + 1] = area_before[t] + norm(cross(from.vertices[b] - p, from.vertices[c] - p));
-        }
-        const double area = area_before.back();
-        // Sample i stands for the i-th part of the area; its place in its triangle by the additive recurrence
-        // of the plastic number, folded into the triangle.
-        const std::uint64_t grain = 4096, vertices = from.vertices.size(), count = area > 0 ? samples : 0;
-        std::vector<MeshDistance> parts(chunk_count(vertices + count, grain));
-        std::vector<bool> used(vertices, false);
-        for (const Triangle& t : from.triangles)
-            for (const std::uint32_t v : t) used[v] = true;
-        for_chunks(vertices + count, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-            MeshDistance& part = parts[chunk];
-            for (std::uint64_t i = begin; i < end; ++i) {
-                if (i < vertices) {
-                    if (used[i]) part.max = std::max(part.max, std::sqrt(tree.find(from.vertices[i]).squared));
-                    continue;
-                }
-                const double at = area * (double(i - vertices) + 0.5) / double(count);
-                const auto t =
-                    std::size_t(std::upper_bound(area_before.begin() + 1, area_before.end() - 1, at) -
-                                area_before.begin() - 1);
-                double s = std::fmod(0.7548776662466927 * double(i), 1.0),
-                       r = std::fmod(0.5698402909980532 * double(i), 1.0);
-                if (s + r > 1) s = 1 - s, r = 1 - r;
-                const auto& [a, b, c] = from.triangles[t];
-                const Vec3& p = from.vertices[a];
-                const double d2 =
-                    tree.find(p + (s * (from.vertices[b] - p) + r * (from.vertices[c] - p))).squared;
-                part.max = std::max(part.max, std::sqrt(d2));
-                part.mean += std::sqrt(d2);
-                part.root_mean_square += d2;
-            }
-        });
-        MeshDistance all;
-        for (const MeshDistance& part : parts) {
-            all.max = std::max(all.max, part.max);
-            all.mean += part.mean;
-            all.root_mean_square += part.root_mean_square;
-        }
-        if (count > 0) {
-            all.mean /= double(count);
-            all.root_mean_square = std::sqrt(all.root_mean_square / double(count));
-        }
-        return all;
-    });
 }
 
 }  // namespace its

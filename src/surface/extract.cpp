@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "distance/mesh_distance.h"
 #include "geometry/vec3.h"
 #include "its/surface.h"
 #include "shell/shell_data.h"
 #include "surface/level_search.h"
-#include "surface/measure.h"
 #include "surface/polygonise.h"
 
 namespace its {
@@ -28,6 +28,7 @@ std::string_view name(SurfaceSide side) {
 namespace {
 
 constexpr int max_resolution = 65536;
+constexpr std::uint64_t samples = 200'000;  // of measured distances, each way
 
 void check_options(const SurfaceOptions& options) {
     if (options.resolution < 0 || options.resolution > max_resolution)
@@ -133,8 +134,10 @@ void certify(const ShellData& shell, const SurfaceRange& range, SurfaceReport& r
 
 void measure(const ShellData& shell, const Progress& progress, Surface& surface) {
     const Stopwatch watch;
-    surface.report.to_mesh = measure_distance(view(surface.mesh), view(shell.mesh), progress);
-    surface.report.from_mesh = measure_distance(view(shell.mesh), view(surface.mesh), progress);
+    const MeshView a{surface.mesh.vertices, surface.mesh.triangles},
+        b{shell.mesh.vertices, shell.mesh.triangles};
+    surface.report.to_mesh = mesh_distance(a, b, samples, progress).max;
+    surface.report.from_mesh = mesh_distance(b, a, samples, progress).max;
     surface.report.seconds_measure = watch.seconds();
 }
 

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <sstream>
 
 #include "cli/program.h"
 #include "its/version.h"
@@ -40,6 +42,39 @@ TEST(Help, OfEachCommandHasAnExampleAndTheCommonOptions) {
         for (const std::string& part : {"Example: its " + command, std::string("--json"),
                                         std::string("--threads"), std::string("--quiet")})
             EXPECT_THAT(result.out, HasSubstr(part)) << command;
+    }
+}
+
+/// The names in the list of subcommands that `its --help` prints.
+std::vector<std::string> listed_commands() {
+    const std::string out = run({"--help"}).out;
+    std::istringstream help(out.substr(out.find("Subcommands:")));
+    std::vector<std::string> names;
+    std::string line, name;
+    std::getline(help, line);
+    while (std::getline(help, line) && line.starts_with("  ")) {
+        std::istringstream(line) >> name;
+        names.push_back(name);
+    }
+    return names;
+}
+
+TEST(Help, OfEveryCommandIsInTheGuide) {
+    const std::vector<std::string> common = {"-h,--help", "-o,--output", "--json", "-q,--quiet", "--threads"};
+    const std::string guide = content(std::filesystem::path(ITS_SOURCE_DIR) / "docs" / "cli.md");
+    const std::vector<std::string> listed = listed_commands();
+    EXPECT_THAT(listed, testing::UnorderedElementsAreArray(commands));
+    for (const std::string& command : listed) {
+        const std::size_t begin = guide.find("\n## its " + command + " ");
+        ASSERT_NE(begin, std::string::npos) << command;
+        const std::string section = guide.substr(begin, guide.find("\n## ", begin + 1) - begin);
+        std::istringstream help(run({command, "--help"}).out);
+        for (std::string line; std::getline(help, line);) {
+            if (!line.starts_with("  -")) continue;
+            const std::string option = line.substr(2, line.find(' ', 2) - 2);
+            if (std::ranges::count(common, option) > 0) continue;
+            EXPECT_THAT(section, HasSubstr("`" + option)) << command;
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "its/distance.h"
 #include "its/simplify.h"
 #include "shell/triangle_bounds.h"
 #include "simplify/brute_force.h"

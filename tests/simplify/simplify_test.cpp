@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "its/distance.h"
 #include "simplify/brute_force.h"
 #include "support/zoo.h"
 
@@ -326,16 +327,6 @@ TEST(Simplify, CanBeStopped) {
         simplify(mesh, {.tolerance = 0.01, .progress = [&](std::string_view, double) { return ++calls < 3; }}),
         Cancelled);
     EXPECT_EQ(calls, 3);
-}
-
-TEST(MeshDistance, ClosedForms) {
-    const Mesh inner = zoo::box({0, 0, 0}, {1, 1, 1}), outer = zoo::box({-0.5, 0, 0}, {1, 1, 1});
-    const MeshDistance d = mesh_distance(outer, inner, 100'000);
-    EXPECT_DOUBLE_EQ(d.max, 0.5);
-    // The side at −½ is ½ away; the four strips of 0.5 × 1 next to it ¼ on average; of 8 in all.
-    EXPECT_NEAR(d.mean, (0.5 + 4 * 0.5 * 0.25) / 8, 1e-3);
-    EXPECT_EQ(mesh_distance(inner, inner, 1000).max, 0);
-    EXPECT_EQ(mesh_distance(outer, inner, 1000, 1).mean, mesh_distance(outer, inner, 1000, 2).mean);
 }
 
 TEST(SlowSimplify, RealMeshesKeepEveryPromise) {

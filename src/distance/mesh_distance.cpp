@@ -1,0 +1,108 @@
+#include "distance/mesh_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/parallel.h"
+#include "distance/closest_point.h"
+#include "distance/searchable.h"
+#include "geometry/vec3.h"
+
+namespace its {
+
+namespace {
+
+constexpr std::uint64_t grain = 4096;  // points: below it, a measurement is serial
+
+/// The points that are measured, by number: the vertices, then the samples.
+class MeasuredPoints {
+public:
+    MeasuredPoints(const MeshView& mesh, std::uint64_t samples)
+        : mesh_(mesh), area_before_(mesh.triangles.size() + 1, 0.0), used_(mesh.vertices.size(), false) {
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            const auto& [a, b, c] = mesh.triangles[i];
+            const Vec3& p = mesh.vertices[a];
+            area_before_[i + 1] = area_before_[i] + norm(cross(mesh.vertices[b] - p, mesh.vertices[c] - p));
+            used_[a] = used_[b] = used_[c] = true;
+        }
+        samples_ = area_before_.back() > 0 ? samples : 0;
+    }
+
+    std::uint64_t samples() const { return samples_; }
+    std::uint64_t size() const { return used_.size() + samples_; }
+    bool is_vertex(std::uint64_t i) const { return i < used_.size(); }
+    bool is_used(std::uint64_t vertex) const { return used_[vertex]; }
+
+    /// Sample j of n stands for the j-th of n equal parts of the area. Its place in its triangle is that of
+    /// point i in the additive recurrence of the plastic number ρ, (i/ρ, i/ρ²) mod 1, folded into the triangle.
+    Vec3 sample(std::uint64_t i) const {
+        const double at = area_before_.back() * (double(i - used_.size()) + 0.5) / double(samples_);
+        const auto next = std::upper_bound(area_before_.begin() + 1, area_before_.end() - 1, at);
+        const auto& [a, b, c] = mesh_.triangles[std::size_t(next - area_before_.begin()) - 1];
+        double s = std::fmod(0.7548776662466927 * double(i), 1.0);
+        double r = std::fmod(0.5698402909980532 * double(i), 1.0);
+        if (s + r > 1) s = 1 - s, r = 1 - r;
+        const Vec3& p = mesh_.vertices[a];
+        return p + (s * (mesh_.vertices[b] - p) + r * (mesh_.vertices[c] - p));
+    }
+
+private:
+    MeshView mesh_;
+    std::vector<double> area_before_;  ///< twice the area of the triangles before each
+    std::vector<bool> used_;           ///< vertices that some triangle uses
+    std::uint64_t samples_ = 0;
+};
+
+/// The whole from its parts, in their order; sums of distances and of squares become means.
+MeshDistance combine(const std::vector<MeshDistance>& parts, std::uint64_t samples) {
+    MeshDistance all;
+    for (const MeshDistance& part : parts) {
+        all.max = std::max(all.max, part.max);
+        all.mean += part.mean;
+        all.root_mean_square += part.root_mean_square;
+    }
+    if (samples > 0) {
+        all.mean /= double(samples);
+        all.root_mean_square = std::sqrt(all.root_mean_square / double(samples));
+    }
+    return all;
+}
+
+}  // namespace
+
+MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples,
+                           const Progress& progress) {
+    const ClosestPointTree tree(to.vertices, to.triangles);
+    const MeasuredPoints points(from, samples);
+    Stage stage(progress, "distances", points.size());
+    std::vector<MeshDistance> parts(chunk_count(points.size(), grain));
+    for_chunks(points.size(), grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        MeshDistance& part = parts[chunk];
+        for (std::uint64_t i = begin; i < end; ++i) {
+            if (points.is_vertex(i)) {
+                if (points.is_used(i))
+                    part.max = std::max(part.max, std::sqrt(tree.find(from.vertices[i]).squared));
+                continue;
+            }
+            const double squared = tree.find(points.sample(i)).squared, distance = std::sqrt(squared);
+            part.max = std::max(part.max, distance);
+            part.mean += distance;
+            part.root_mean_square += squared;
+        }
+        stage.advance(end - begin);
+    });
+    return combine(parts, points.samples());
+}
+
+MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples, int threads,
+                           const Progress& progress) {
+    require_searchable(from);
+    require_searchable(to);
+    return with_threads(threads, [&] {
+        return mesh_distance(MeshView{from.vertices, from.triangles}, MeshView{to.vertices, to.triangles},
+                             samples, progress);
+    });
+}
+
+}  // namespace its
