@@ -14,8 +14,8 @@
 
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
-#include "its/picture.h"
 #include "its/distance.h"
+#include "its/picture.h"
 #include "its/simplify.h"
 #include "picture/canvas.h"
 #include "picture/normals.h"

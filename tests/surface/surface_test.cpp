@@ -264,8 +264,8 @@ TEST(Surface, CanBeCancelledAtEveryReport) {
         };
         extract_surface(shell, options);
         ASSERT_GT(reports, 20);
-        for (int stop = 1; stop < reports; stop += reports / 5) {
-            int left = stop;
+        for (int fifth = 0; fifth < 5; ++fifth) {  // with threads, the number of reports varies a little
+            int left = 1 + fifth * reports / 5;
             options.progress = [&](std::string_view, double) { return --left > 0; };
             EXPECT_THROW(extract_surface(shell, options), Cancelled);
         }
