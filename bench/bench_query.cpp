@@ -180,26 +180,16 @@ void add_index(const Query& query, int depth) {
     })->UseRealTime();
 }
 
-/// The paper's way to an answer for all points: those on the shell go to the nearest triangle, and get the side
-/// of its plane that they are on (wrong where the nearest point is on an edge).
+/// The paper's way to an answer for all points.
 void add_fallback(const std::string& name, const PointSet& set, const Query& query,
-                  const ClosestPoints& closest) {
+                  const ClosestSides& closest) {
     add(name, set, [&](const PointSet& s, std::vector<std::int8_t>& out) {
-        BatchOptions options;
-        options.threads = 1;
-        query.classify_shell(s.points, out, options);
-        const auto& mesh = query.shell().data().mesh;
-        for (std::size_t i = 0; i < out.size(); ++i) {
-            if (out[i] != 0) continue;
-            const Triangle& t = mesh.triangles[closest.find(s.points[i]).triangle];
-            out[i] = std::int8_t(
-                orient3d(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], s.points[i]));
-        }
+        query.classify_shell(s.points, out, closest, {.threads = 1});
     });
 }
 
 void add_query(const Query& query, const PointSet& set, int depth, const std::vector<int>& threads,
-               const ClosestPoints& closest) {
+               const ClosestSides& closest) {
     const auto label = [&](const char* what, int n) { return fmt::format("{}/{}/{}", what, depth, n); };
     add(label("its_single", 1), set, [&query](const PointSet& s, std::vector<std::int8_t>& out) {
         for (std::size_t i = 0; i < s.points.size(); ++i) out[i] = std::int8_t(query.classify(s.points[i]));
@@ -244,7 +234,7 @@ int run(int argc, char** argv) {
     }
     const ShellInfo& info = queries.back()->shell().info();
 
-    const ClosestPoints closest(mesh);
+    const ClosestSides closest(queries.back()->shell());
 
     std::vector<std::unique_ptr<PointSet>> sets;
     for (const int factor : options.boxes)

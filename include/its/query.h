@@ -30,6 +30,25 @@ struct BatchOptions {
     Progress progress = {};  ///< stage "query"; after it returns false some results may have been written
 };
 
+/// Sides by the nearest point of a mesh: the side of the pseudonormal there (the triangle's normal, or the sum
+/// of those of the triangles at its edge, or of those at its vertex weighted by their angles: Bærentzen and
+/// Aanæs 2005). Right, up to rounding, for closed meshes without self-intersections or triangles of zero area;
+/// Query::classify() is exact for all, and many times as fast. Copies share the same data. Members may be
+/// called from any number of threads.
+class ClosestSides {
+public:
+    /// For the mesh of a shell, in the directions that its triangles have there.
+    /// \throws OptionError if its sign rule is not SignRule::winding; MemoryError
+    explicit ClosestSides(const ThinShell& shell, int threads = 0);
+
+    /// \throws InputError if a coordinate is NaN or infinite
+    Side side(const Vec3& point) const;
+
+private:
+    struct Data;
+    std::shared_ptr<const Data> data_;
+};
+
 struct QueryIndex;  // private to the library
 
 /// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
@@ -52,6 +71,10 @@ public:
     /// The side by f and ε₁, ε₂ alone, as in the paper: every point of M is on_shell, and so is a thin layer
     /// around it. \throws InputError if a coordinate is NaN or infinite
     ShellSide classify_shell(const Vec3& point) const;
+
+    /// The paper's way to a side for every point: by f where that decides, by the nearest point for those that
+    /// are on_shell.
+    Side classify_shell(const Vec3& point, const ClosestSides& closest) const;
 
     /// f, as ThinShell::value (which is slower away from M): the same bits in cells that meet M, elsewhere the
     /// same up to rounding. NaN for a non-finite point.
@@ -76,6 +99,9 @@ public:
                   const BatchOptions& options = {}) const;
     /// Codes of ShellSide, and not_finite.
     void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out,
+                        const BatchOptions& options = {}) const;
+    /// Codes of Side, and not_finite.
+    void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const ClosestSides& closest,
                         const BatchOptions& options = {}) const;
     void value(std::span<const Vec3> points, std::span<double> out, const BatchOptions& options = {}) const;
     void gradient(std::span<const Vec3> points, std::span<Vec3> out, const BatchOptions& options = {}) const;

@@ -158,8 +158,7 @@ void decide_cycle(const Mesh& mesh, const Merged& merged, Inspection& out) {
     all_around(out.turn, merged.triangles.size());
     report.sign_reason +=
         "; the mesh is inside out (its signed volume is negative, and nothing has a positive winding number), "
-        "so "
-        "all triangles are turned around";
+        "so all triangles are turned around";
     report.sign_advice = "--sign winding to take the triangles as they are: then nothing is inside";
 }
 

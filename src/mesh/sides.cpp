@@ -39,9 +39,10 @@ std::vector<SurfacePoint> spread_points(const Merged& mesh) {
         const auto found = std::lower_bound(running.begin(), running.end(), share);
         const auto index =
             std::uint32_t(std::min(std::size_t(found - running.begin()), mesh.triangles.size() - 1));
-        // Roberts' R2 sequence, folded into the triangle.
-        double u = std::fmod(0.5 + 0.7548776662466927 * double(i), 1.0);
-        double v = std::fmod(0.5 + 0.5698402909980532 * double(i), 1.0);
+        // Roberts' R2 sequence, folded into the triangle; none of these is on an edge, where a point may be
+        // beyond the next triangle.
+        double u = std::fmod(0.7548776662466927 * double(i + 1), 1.0);
+        double v = std::fmod(0.5698402909980532 * double(i + 1), 1.0);
         if (u + v > 1) u = 1 - u, v = 1 - v;
         const Triangle& t = mesh.triangles[index];
         const Vec3 a = mesh.points[t[0]];

@@ -253,6 +253,22 @@ void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> 
     });
 }
 
+void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out,
+                           const ClosestSides& closest, const BatchOptions& options) const {
+    check_sizes(points.size(), out.size());
+    const ShellInfo& info = shell_.info();
+    for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
+        double f[block_points];
+        value_block(*index_, points.data() + begin, count, f);
+        for (int i = 0; i < count; ++i) {
+            std::int8_t& code = out[begin + std::uint64_t(i)];
+            code = std::isnan(f[i]) ? not_finite : std::int8_t(shell_side(info, f[i]));
+            if (code == std::int8_t(ShellSide::on_shell))
+                code = std::int8_t(closest.side(points[begin + std::uint64_t(i)]));
+        }
+    });
+}
+
 void Query::value(std::span<const Vec3> points, std::span<double> out, const BatchOptions& options) const {
     check_sizes(points.size(), out.size());
     for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {

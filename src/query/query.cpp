@@ -47,6 +47,11 @@ ShellSide Query::classify_shell(const Vec3& point) const {
     return shell_side(shell_.info(), value(point));
 }
 
+Side Query::classify_shell(const Vec3& point, const ClosestSides& closest) const {
+    const ShellSide side = classify_shell(point);
+    return side == ShellSide::on_shell ? closest.side(point) : Side(side);
+}
+
 double Query::value(const Vec3& point) const {
     return field_value(*index_, point);
 }

@@ -50,7 +50,13 @@ TEST(Inspect, KnownShapes) {
     EXPECT_EQ(sheet.unbalanced_edges, 20u);
     EXPECT_EQ(sheet.euler, 1);
     EXPECT_EQ(sheet.sign, SignRule::unsigned_rule);
-    EXPECT_THAT(inspect(zoo::reversed(zoo::tetrahedron())).sign_reason, HasSubstr("inside out"));
+    // Few triangles, on the lattice: the hardest for samples.
+    for (const Mesh& solid : {zoo::tetrahedron(), zoo::box({0, 0, 0}, {1, 1, 1}), zoo::plate(0.01)}) {
+        EXPECT_EQ(inspect(solid).turned, 0u);
+        const MeshReport inverted = inspect(zoo::reversed(solid));
+        EXPECT_EQ(inverted.turned, solid.triangles.size());
+        EXPECT_THAT(inverted.sign_reason, HasSubstr("turned around"));
+    }
 }
 
 TEST(Inspect, DoesNotDependOnTheOrderOfTriangles) {

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/rounding.h"
 #include "geometry/vec3.h"
+#include "its/distance.h"
 #include "query/decide.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
@@ -52,6 +54,38 @@ TEST(Classify, DeepShellsAgreeWithAllTriangles) {
     const Mesh mesh = zoo::torus(1.0, 0.35, 24, 12);
     for (const int depth : {6, 7, 8, 9}) expect_exact("torus", mesh, depth, SignRule::winding, 60);
     expect_exact("box", zoo::box({0, 0, 0}, {1, 1, 1}), 8, SignRule::winding, 200);
+}
+
+TEST(ClosestSides, AgreeWithTheExactSideOnEmbeddedMeshes) {
+    for (const Mesh& mesh :
+         {zoo::torus(1.0, 0.35, 24, 12), zoo::box({0, 0, 0}, {1, 2, 3}), zoo::plate(0.05),
+          zoo::sphere({0, 0, 0}, 1, 3), zoo::reversed(zoo::tetrahedron()), zoo::twisted_knot(60, 12)}) {
+        for (const int depth : {3, 6}) {
+            const Query query(build_shell(mesh, depth));
+            const ClosestSides closest(query.shell());
+            std::vector<Vec3> points = test::hard_points(query.shell(), mesh, 100, 3);
+            std::vector<std::int8_t> codes(points.size());
+            query.classify_shell(points, codes, closest);
+            int on_shell = 0;
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                const Side side = query.classify_shell(points[i], closest), exact = query.classify(points[i]);
+                EXPECT_EQ(std::int8_t(side), codes[i]);
+                on_shell += query.classify_shell(points[i]) == ShellSide::on_shell ? 1 : 0;
+                // Up to rounding: whose distance is some roundings may count as on either side of M, or on it.
+                const double rounding = 64 * unit_roundoff * query.shell().info().scale;
+                if (side == exact) continue;
+                EXPECT_LE(ClosestPoints(mesh).find(points[i]).distance, rounding);
+            }
+            EXPECT_GT(on_shell, 100);
+        }
+    }
+}
+
+TEST(ClosestSides, NeedAClosedMesh) {
+    const Mesh open{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+    EXPECT_THROW(ClosestSides{build_shell(open, 3)}, OptionError);
+    const ClosestSides closest(build_shell(zoo::tetrahedron(), 3));
+    EXPECT_THROW(closest.side({NAN, 0, 0}), InputError);
 }
 
 TEST(Classify, UnsignedShellsTellOnSurfaceFromOff) {
