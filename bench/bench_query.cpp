@@ -240,6 +240,7 @@ int run(int argc, char** argv) {
     for (const int factor : options.boxes)
         sets.push_back(
             std::make_unique<PointSet>(PointSet{fmt::format("{}x", factor), box_points(bounds, factor), {}}));
+    sets.push_back(std::make_unique<PointSet>(PointSet{"root", box_points(info.root, 1), {}}));
     sets.push_back(
         std::make_unique<PointSet>(PointSet{"1x_sorted", sorted(box_points(bounds, 1), info.root), {}}));
     sets.push_back(std::make_unique<PointSet>(PointSet{"near", near_points(mesh, 1e-3 * info.cell_width), {}}));
