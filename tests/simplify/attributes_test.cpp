@@ -211,7 +211,7 @@ TEST(SimplifyAttributes, NormalsAreThoseOfTheResult) {
 
 TEST(SimplifyAttributes, AttributesWithoutSeamsChangeNoTriangle) {
     for (const zoo::Entry& entry : zoo::all()) {
-        if (entry.mesh.triangles.size() > 3000 || entry.name == "degenerate") continue;
+        if (entry.mesh.triangles.size() > 3000 || entry.name == "degenerate" || entry.name == "soup") continue;
         SCOPED_TRACE(entry.name);
         MeshAttributes a;
         for (const Vec3& v : entry.mesh.vertices) a.texture.values.push_back({v.x + 0.25 * v.z, v.y - v.z});
