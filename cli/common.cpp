@@ -77,8 +77,8 @@ std::pair<double, double> parse_pair(const std::string& option, const std::strin
     return {v[0], v[1]};
 }
 
-MeshFile read_mesh_with_warnings(const fs::path& path) {
-    MeshFile file = naming_file(path, [&] { return read_mesh(path); });
+MeshFile read_mesh_with_warnings(const fs::path& path, const ReadOptions& options) {
+    MeshFile file = naming_file(path, [&] { return read_mesh(path, options); });
     for (const std::string& warning : file.warnings) print_message("warning", path.string() + ": " + warning);
     stop_if_interrupted();
     return file;

@@ -87,7 +87,7 @@ auto naming_file(const std::filesystem::path& file, F&& fn) {
 }
 
 /// Reads a mesh, and prints its warnings to standard error. \throws Error, Cancelled.
-MeshFile read_mesh_with_warnings(const std::filesystem::path& path);
+MeshFile read_mesh_with_warnings(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Refuses an output that cannot be written, before any long work: a missing folder, a folder in its place,
 /// no permission, or the same file as the input. \throws FileError.

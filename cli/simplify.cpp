@@ -1,6 +1,7 @@
 #include "its/simplify.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 
@@ -16,7 +17,17 @@ struct Options {
     std::string mesh, output;
     SimplifyOptions simplify;
     std::uint64_t samples = 200'000;
+    bool no_attributes = false;
 };
+
+/// "colours, texture coordinates, normals": those that there are.
+std::vector<std::string> names_of(const MeshAttributes& attributes) {
+    std::vector<std::string> names;
+    if (!attributes.colours.empty()) names.emplace_back("colours");
+    if (!attributes.texture.empty()) names.emplace_back("texture coordinates");
+    if (!attributes.normals.empty()) names.emplace_back("normals");
+    return names;
+}
 
 /// Distances between mesh and result, both ways.
 struct Measured {
@@ -40,7 +51,8 @@ Json distance_json(const MeshDistance& distance) {
 }
 
 void print_simplify_json(const Options& options, const MeshFile& file, const SimplifyReport& report,
-                         const std::optional<Measured>& measured, double read, double write) {
+                         const std::vector<std::string>& lost, const std::optional<Measured>& measured,
+                         double read, double write) {
     Json json;
     json["mesh"] = {{"file", options.mesh}, {"format", file.format}, {"warnings", file.warnings}};
     json["method"] = method_name(options.simplify.method);
@@ -62,6 +74,10 @@ void print_simplify_json(const Options& options, const MeshFile& file, const Sim
                          {"epsilon_outer", shell.epsilon_outer},
                          {"thickness", shell.thickness()}};
     }
+    json["attributes"] = {{"names", names_of(file.attributes)},
+                          {"seam_edges_before", report.seam_edges_before},
+                          {"seam_edges_after", report.seam_edges_after},
+                          {"lost", lost}};
     json["no_self_intersections"] = options.simplify.no_self_intersections;
     if (measured) {
         json["measured"] = {{"samples", options.samples},
@@ -79,8 +95,9 @@ void print_simplify_json(const Options& options, const MeshFile& file, const Sim
     print_json(json);
 }
 
-void print_report(const Options& options, const SimplifyReport& report, const std::optional<Measured>& measured,
-                  double read, double write) {
+void print_report(const Options& options, const MeshFile& file, const SimplifyReport& report,
+                  const std::vector<std::string>& lost, const std::optional<Measured>& measured, double read,
+                  double write) {
     Table table;
     table.row("Faces",
               fmt::format("{} to {}", count_text(report.faces_before), count_text(report.faces_after)));
@@ -92,6 +109,14 @@ void print_report(const Options& options, const SimplifyReport& report, const st
                                        length_text(report.shell->epsilon_inner),
                                        length_text(report.shell->epsilon_outer),
                                        report.in_shell ? "; every point of the result is in it, proven" : ""));
+    if (!file.attributes.empty())
+        table.row("Attributes", fmt::format("{}{}", fmt::join(names_of(file.attributes), ", "),
+                                            report.seam_edges_before == 0
+                                                ? ""
+                                                : fmt::format("; {} to {} edges of seams, held",
+                                                              count_text(report.seam_edges_before),
+                                                              count_text(report.seam_edges_after))));
+    for (const std::string& line : lost) table.row("Lost", line);
     if (options.simplify.no_self_intersections) table.row("Self-intersections", "none, by exact predicates");
     if (measured) {
         const auto text = [](const MeshDistance& d) {
@@ -122,7 +147,7 @@ std::optional<Measured> measure(const Options& options, const Mesh& mesh, const 
 int run(const Options& options) {
     check_output(options.output, options.mesh);
     const Stopwatch reading;
-    const MeshFile file = read_mesh_with_warnings(options.mesh);
+    const MeshFile file = read_mesh_with_warnings(options.mesh, {.attributes = !options.no_attributes});
     const double read = reading.seconds();
 
     ProgressBar bar(options.common.quiet);
@@ -133,12 +158,13 @@ int run(const Options& options) {
     const std::string extension =
         CLI::detail::to_lower(std::filesystem::path(options.output).extension().string());
     simplify_options.single_precision = extension == ".stl";
-    const Simplified result = naming_file(options.mesh, [&] { return simplify(file.mesh, simplify_options); });
+    const Simplified result =
+        naming_file(options.mesh, [&] { return simplify(file.mesh, file.attributes, simplify_options); });
     bar.clear();
     stop_if_interrupted();
 
     const Stopwatch writing;
-    write_mesh(result.mesh, options.output);
+    const std::vector<std::string> lost = write_mesh(result.mesh, result.attributes, options.output);
     const double write = writing.seconds();
     if (options.simplify.faces && result.report.faces_after > *options.simplify.faces)
         print_message("warning", fmt::format("{}: {} faces are left, not {}: {}", options.output,
@@ -146,9 +172,9 @@ int run(const Options& options) {
                                              reason(result.report.stop)));
     const std::optional<Measured> measured = measure(options, file.mesh, result.mesh);
     if (options.common.json)
-        print_simplify_json(options, file, result.report, measured, read, write);
+        print_simplify_json(options, file, result.report, lost, measured, read, write);
     else if (!options.common.quiet)
-        print_report(options, result.report, measured, read, write);
+        print_report(options, file, result.report, lost, measured, read, write);
     return done;
 }
 
@@ -158,7 +184,7 @@ Run add_simplify(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     SimplifyOptions& simplify = options->simplify;
     app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();
-    app.add_option("-o,--output", options->output, "Mesh to write: .obj .stl .ply .off")
+    app.add_option("-o,--output", options->output, "Mesh to write: .obj .stl .ply .off .glb")
         ->required()
         ->type_name("OUT");
     add_choice<SimplifyMethod>(app, "--method", methods, simplify.method,
@@ -178,6 +204,8 @@ Run add_simplify(CLI::App& app) {
         ->type_name("GAMMA");
     app.add_flag("--no-self-intersections", simplify.no_self_intersections,
                  "No two triangles of the result meet; those of the mesh must not");
+    app.add_flag("--no-attributes", options->no_attributes,
+                 "Leave out colours, texture coordinates and normals; their seams hold nothing then");
     app.add_option("--samples", options->samples,
                    "Points for the measured distances, each way; 0: none; default 200,000")
         ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000'000}))

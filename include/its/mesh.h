@@ -21,24 +21,65 @@ struct Mesh {
     std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside, where there is an outside
 };
 
+/// Values at the corners of a mesh's triangles: corner k of triangle t has values[corners[t][k]]. Where
+/// triangles meet, equal values mean that the attribute is continuous there, and different ones a seam.
+template <class Value>
+struct CornerValues {
+    std::vector<Value> values;
+    std::vector<Triangle> corners;  ///< as many as the mesh has triangles; empty: no such attribute
+
+    bool empty() const { return corners.empty(); }
+    const Value& at(std::size_t triangle, std::size_t corner) const {
+        return values[corners[triangle][corner]];
+    }
+};
+
+using Colour = std::array<float, 4>;         ///< red, green, blue, alpha in [0, 1], as the file has them
+using TexturePoint = std::array<double, 2>;  ///< u to the right, v upwards in the picture
+
+/// What a mesh may have besides its shape. All values are finite.
+struct MeshAttributes {
+    CornerValues<Colour> colours;
+    CornerValues<TexturePoint> texture;
+    CornerValues<Vec3> normals;
+    bool byte_colours = false;  ///< the file had colours of 8 bits; writers write such again
+
+    bool empty() const { return colours.empty() && texture.empty() && normals.empty(); }
+};
+
+/// \throws InputError unless the attributes are of this mesh: their numbers in range, their values finite
+void check_attributes(const Mesh& mesh, const MeshAttributes& attributes);
+
 /// A mesh read from a file, with one line for each thing that was left out or mended on the way.
 struct MeshFile {
     Mesh mesh;
     std::string format;  ///< "obj", "stl-ascii", "stl-binary", "ply-ascii", "ply-binary-le", …
     std::vector<std::string> warnings;
+    MeshAttributes attributes;  ///< if they were asked for
+};
+
+struct ReadOptions {
+    bool attributes = false;  ///< read colours, texture coordinates and normals too
 };
 
 /// Reads .obj, .stl, .ply, .off, .glb, .gltf or .3mf (by content where the extension disagrees). Polygons
 /// are triangulated; STL corners with identical coordinates become one vertex. Faces with indices out of
 /// range or non-finite corners are left out, with a warning.
 /// \throws FileError if the file cannot be read; InputError if it holds no usable triangle or is malformed.
-MeshFile read_mesh(const std::filesystem::path& path);
+MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Writes .obj, .stl (binary), .ply (binary), .off or .glb, by extension, to a temporary name that is then
 /// renamed: an existing file is replaced only by a complete one. STL and GLB round coordinates to 32 bits, the
 /// others keep every bit.
 /// \throws FileError, OptionError (unknown extension), InputError (what the format cannot hold).
 void write_mesh(const Mesh& mesh, const std::filesystem::path& path);
+
+/// The same with attributes, as far as the format holds them. Formats that keep them by vertex (all but OBJ)
+/// have a vertex for each set of values that meets there, and none that no triangle uses.
+/// \return a line for each thing that the format cannot hold
+/// \throws besides, as check_attributes()
+std::vector<std::string> write_mesh(const Mesh& mesh, const MeshAttributes& attributes,
+                                    const std::filesystem::path& path);
 
 /// One of several meshes in a file. The mesh must outlive this.
 struct NamedMesh {

@@ -67,8 +67,9 @@ struct SimplifyReport {
     SimplifyStop stop = SimplifyStop::topology_reached;
     /// Proven for every point: d(x, M) ≤ bound on the result, d(y, result) ≤ bound on M. Empty: nothing proven.
     std::optional<double> proven_bound;
-    std::optional<ShellInfo> shell;  ///< of the shell that was used
-    bool in_shell = false;           ///< proven: every point of the result is in the shell
+    std::uint64_t seam_edges_before = 0, seam_edges_after = 0;  ///< where colours or texture coordinates jump
+    std::optional<ShellInfo> shell;                             ///< of the shell that was used
+    bool in_shell = false;  ///< proven: every point of the result is in the shell
     struct Seconds {
         double shell = 0, simplify = 0, total = 0;  ///< total: of the call
     } seconds;
@@ -76,6 +77,7 @@ struct SimplifyReport {
 
 struct Simplified {
     Mesh mesh;  ///< triangles keep their orientation; vertices with identical coordinates are one
+    MeshAttributes attributes;  ///< of that mesh, if it came with any
     SimplifyReport report;
 };
 
@@ -86,5 +88,11 @@ struct Simplified {
 ///         above which the shell of the given depth is thicker, fewer faces than the topology needs),
 ///         MemoryError, Cancelled.
 Simplified simplify(const Mesh& mesh, const SimplifyOptions& options = {});
+
+/// The same with attributes. Seams (edges where colours or texture coordinates jump) are held: their vertices
+/// go only by merging along the seam, none moves, and both sides keep their values there. Hence no triangle of
+/// the result has values of two sides of a seam. Elsewhere a vertex has the values of a nearest point of M on
+/// its own side, interpolated. Normals are computed anew. \throws besides, as check_attributes()
+Simplified simplify(const Mesh& mesh, const MeshAttributes& attributes, const SimplifyOptions& options = {});
 
 }  // namespace its

@@ -88,6 +88,45 @@ void MeshBuilder::remove_nonfinite_vertices() {
     for (Triangle& t : triangles_) t = {number[t[0]], number[t[1]], number[t[2]]};
 }
 
+void MeshBuilder::set_text_colour(std::uint64_t vertex, const Colour& colour) {
+    text_colours_ = true;
+    colours.set_vertex(vertex, colour);
+}
+
+MeshAttributes MeshBuilder::take_attributes() {
+    MeshAttributes found;
+    if (!attributes_) return found;
+    const auto& read = colours.values();
+    byte_colours |= text_colours_ && std::any_of(read.begin(), read.end(), [](const Colour& c) {
+                        return *std::max_element(c.begin(), c.end()) > 1;
+                    });
+    for (Colour& c : colours.values())
+        for (float& x : c)
+            x = std::clamp(text_colours_ && byte_colours ? float(double{x} / 255) : x, 0.0F, 1.0F);
+    const auto warn_replaced = [&](std::uint64_t count, std::string_view what) {
+        if (count > 0) warn(fmt::format("{} {} missing or not finite: replaced by a default", count, what));
+    };
+    warn_replaced(colours.replaced(), "colours are");
+    warn_replaced(texture.replaced(), "texture coordinates are");
+    warn_replaced(normals.replaced(), "normals are");
+    found.byte_colours = byte_colours && colours.size() > 0;
+    found.colours = colours.take();
+    found.texture = texture.take();
+    found.normals = normals.take();
+    return found;
+}
+
+/// A triangle of three corners of the face that begins there.
+void MeshBuilder::add_triangle_of(std::size_t begin, const Triangle& local) {
+    const Triangle t{corners_[begin + local[0]], corners_[begin + local[1]], corners_[begin + local[2]]};
+    triangles_.push_back(t);
+    if (!attributes_) return;
+    const std::array<std::size_t, 3> corners{begin + local[0], begin + local[1], begin + local[2]};
+    colours.add_triangle(t, corners);
+    texture.add_triangle(t, corners);
+    normals.add_triangle(t, corners);
+}
+
 void MeshBuilder::warn_of(std::uint64_t count, std::string_view what, std::uint64_t first) {
     if (count == 0) return;
     warn(fmt::format("{} face{} left out: {} (the first is face {})", count, count == 1 ? "" : "s", what,
@@ -99,6 +138,7 @@ MeshFile MeshBuilder::finish(std::string format) {
     std::uint64_t budget = polygon_budget + polygon_budget_per_byte * bytes_, given_up = 0;
     triangles_.reserve(sizes_.size());
     std::size_t begin = 0;
+    std::vector<Triangle> parts;  // of a polygon
     for (std::size_t i = 0; i < sizes_.size(); begin += sizes_[i++]) {
         const std::span<const std::uint32_t> face(corners_.data() + begin, sizes_[i]);
         const std::uint64_t before[3] = {out_of_range_, too_short_, nonfinite_};
@@ -107,9 +147,11 @@ MeshFile MeshBuilder::finish(std::string format) {
             if (before[1] == 0 && too_short_ == 1) first_too_short_ = i;
             if (before[2] == 0 && nonfinite_ == 1) first_nonfinite_ = i;
         } else if (face.size() == 3) {
-            triangles_.push_back({face[0], face[1], face[2]});
-        } else if (!triangulate(face, vertices_, budget, triangles_)) {
-            ++given_up;
+            add_triangle_of(begin, {0, 1, 2});
+        } else {
+            parts.clear();
+            given_up += triangulate(face, vertices_, budget, parts) ? 0 : 1;
+            for (const Triangle& part : parts) add_triangle_of(begin, part);
         }
         if (triangles_.size() > std::size_t(no_vertex) - 1) {
             throw InputError("more than 4294967294 triangles; cut the mesh into parts");
@@ -131,7 +173,11 @@ MeshFile MeshBuilder::finish(std::string format) {
         warn(fmt::format("{} vertices left out: not finite", nonfinite_vertices_));
         remove_nonfinite_vertices();
     }
-    return {{std::move(vertices_), std::move(triangles_)}, std::move(format), std::move(warnings_)};
+    MeshAttributes attributes = take_attributes();
+    return {{std::move(vertices_), std::move(triangles_)},
+            std::move(format),
+            std::move(warnings_),
+            std::move(attributes)};
 }
 
 }  // namespace its

@@ -238,7 +238,7 @@ std::vector<double> numbers_of(const Model& model, int index, int type, MeshBuil
     if (index < 0 || std::size_t(index) >= model.accessors.size()) bad_accessor(index, "there is none");
     const tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
     if (accessor.type != type) bad_accessor(index, "it has the wrong type");
-    const std::size_t components = type == TINYGLTF_TYPE_VEC3 ? 3 : 1;
+    const auto components = std::size_t(std::max(tinygltf::GetNumComponentsInType(std::uint32_t(type)), 1));
     const bool sparse = accessor.sparse.isSparse;
     if (accessor.bufferView < 0 && !sparse) bad_accessor(index, "it has no data");
     mesh.charge_instance(accessor.count);
@@ -353,7 +353,7 @@ private:
 
     void add_mesh(int index, const Affine& map) {
         if (std::size_t(index) >= model_.meshes.size()) throw InputError("a glTF mesh does not exist");
-        std::map<int, Points> points_of;  // the accessors of this mesh; primitives may share them
+        std::map<VertexAccessors, Points> points_of;  // of this mesh; primitives may share them
         for (const auto& primitive : model_.meshes[std::size_t(index)].primitives) {
             const int mode = primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
             if (mode < TINYGLTF_MODE_TRIANGLES || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
@@ -361,19 +361,74 @@ private:
                 continue;
             }
             skinned_ = skinned_ || !primitive.targets.empty();
-            const auto position = primitive.attributes.find("POSITION");
-            if (position == primitive.attributes.end()) continue;  // nothing to draw, says the specification
+            const VertexAccessors accessors = accessors_of(primitive);
+            if (!primitive.attributes.contains("POSITION"))
+                continue;  // nothing to draw, says the specification
             const auto [points, added] =
-                points_of.try_emplace(position->second, Points{std::int64_t(mesh_.vertex_count()), 0});
-            if (added) points->second.count = add_vertices(position->second, map);
+                points_of.try_emplace(accessors, Points{std::int64_t(mesh_.vertex_count()), 0});
+            if (added) points->second.count = add_vertices(accessors, map);
             add_primitive(primitive, mode, points->second, map.determinant() < 0);
         }
     }
 
-    std::size_t add_vertices(int accessor, const Affine& map) {
-        const std::vector<double> p = numbers_of(model_, accessor, TINYGLTF_TYPE_VEC3, mesh_);
+    /// Those of POSITION, COLOR_0, TEXCOORD_0 and NORMAL; −1: none, or not asked for.
+    using VertexAccessors = std::array<int, 4>;
+
+    VertexAccessors accessors_of(const tinygltf::Primitive& primitive) const {
+        constexpr const char* names[] = {"POSITION", "COLOR_0", "TEXCOORD_0", "NORMAL"};
+        VertexAccessors accessors;
+        for (std::size_t i = 0; i < accessors.size(); ++i) {
+            const auto found = primitive.attributes.find(names[i]);
+            const bool wanted = i == 0 || mesh_.wants_attributes();
+            accessors[i] = wanted && found != primitive.attributes.end() ? found->second : -1;
+        }
+        return accessors;
+    }
+
+    std::size_t add_vertices(const VertexAccessors& accessors, const Affine& map) {
+        const std::vector<double> p = numbers_of(model_, accessors[0], TINYGLTF_TYPE_VEC3, mesh_);
+        const std::uint64_t first = mesh_.vertex_count();
         for (std::size_t i = 0; i < p.size(); i += 3) mesh_.add_vertex(map({p[i], p[i + 1], p[i + 2]}));
+        if (accessors[1] >= 0) add_colours(accessors[1], first, p.size() / 3);
+        if (accessors[2] >= 0) {  // their v points down
+            const std::vector<double> uv = attribute(accessors[2], TINYGLTF_TYPE_VEC2, p.size() / 3);
+            for (std::size_t i = 0; i < uv.size(); i += 2)
+                mesh_.texture.set_vertex(first + i / 2, {uv[i], 1 - uv[i + 1]});
+        }
+        if (accessors[3] >= 0) {
+            // Normals go by the cofactors of the map, which is its inverse transposed but for a factor.
+            const Affine turned{cross(map.y, map.z), cross(map.z, map.x), cross(map.x, map.y), {}};
+            const std::vector<double> n = attribute(accessors[3], TINYGLTF_TYPE_VEC3, p.size() / 3);
+            const double side = map.determinant() < 0 ? -1 : 1;
+            for (std::size_t i = 0; i < n.size(); i += 3) {
+                const Vec3 normal = side * turned({n[i], n[i + 1], n[i + 2]});
+                const double length = norm(normal);
+                mesh_.normals.set_vertex(first + i / 3, length > 0 ? (1 / length) * normal : Vec3{});
+            }
+        }
         return p.size() / 3;
+    }
+
+    void add_colours(int accessor, std::uint64_t first, std::size_t count) {
+        const bool in_range = std::size_t(accessor) < model_.accessors.size();
+        const int type = in_range ? model_.accessors[std::size_t(accessor)].type : TINYGLTF_TYPE_VEC4;
+        const std::size_t components = type == TINYGLTF_TYPE_VEC3 ? 3 : 4;
+        const std::vector<double> c =
+            attribute(accessor, components == 3 ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC4, count);
+        for (std::size_t i = 0; i < c.size(); i += components)
+            mesh_.colours.set_vertex(first + i / components, {float(c[i]), float(c[i + 1]), float(c[i + 2]),
+                                                              components == 4 ? float(c[i + 3]) : 1.0F});
+        mesh_.byte_colours |=
+            model_.accessors[std::size_t(accessor)].componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
+    }
+
+    /// \throws InputError unless there are as many elements as vertices
+    std::vector<double> attribute(int accessor, int type, std::size_t vertices) const {
+        std::vector<double> numbers = numbers_of(model_, accessor, type, mesh_);
+        if (model_.accessors[std::size_t(accessor)].count != vertices)
+            bad_accessor(accessor,
+                         fmt::format("it has not as many elements as there are vertices, {}", vertices));
+        return numbers;
     }
 
     void add_primitive(const tinygltf::Primitive& primitive, int mode, const Points& points, bool mirrored) {
@@ -411,10 +466,12 @@ private:
 
 }  // namespace
 
-MeshFile parse_gltf(std::string_view bytes, const LoadSibling& load) {
+MeshFile parse_gltf(std::string_view bytes, const LoadSibling& load, const ReadOptions& options) {
     const Model model = load_model(bytes, load);
-    MeshBuilder mesh(bytes.size());
+    MeshBuilder mesh(bytes.size(), options);
     SceneReader(model, mesh).read();
+    if (options.attributes && !(model.materials.empty() && model.images.empty()))
+        mesh.warn_not_carried("materials and textures");
     return mesh.finish(bytes.starts_with("glTF") ? "glb" : "gltf");
 }
 

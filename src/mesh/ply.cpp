@@ -32,6 +32,7 @@ enum class Format : std::uint8_t { ascii, little, big };
 
 struct Header {
     Format format = Format::ascii;
+    bool names_texture = false;  ///< a comment names a picture
     std::vector<Element> elements;
 };
 
@@ -108,7 +109,9 @@ Header read_header(Text& text) {
             header.elements.push_back(std::move(element));
         } else if (keyword == "property") {
             read_property(line, text, header);
-        }  // comment, obj_info, and what nobody knows
+        } else if (keyword == "comment") {
+            header.names_texture |= same_word(next_word(line), "texturefile");
+        }  // obj_info, and what nobody knows
     }
     if (!format_known) throw InputError("the PLY header has no line 'format'");
     return header;
@@ -216,29 +219,88 @@ std::size_t least_bytes(const Element& element) {
     return std::max<std::size_t>(sum, 1);
 }
 
-/// \param mesh  has reserve_vertices() and add_vertex()
-template <class Data, class Vertices>
-void read_vertices(Data& data, const Element& element, Vertices& mesh, std::uint64_t& done) {
-    std::vector<int> axis_of;
-    int axes = 0;
+/// What the scalar properties of vertices mean: the numbers of a row.
+enum Field : std::uint8_t { x, y, z, normal, red = normal + 3, alpha = red + 3, texture, fields = texture + 2 };
+
+int field_of(const Property& p) {
+    if (p.count_type != Scalar::none) return -1;
+    constexpr std::pair<std::string_view, int> names[] = {{"x", x},
+                                                          {"y", y},
+                                                          {"z", z},
+                                                          {"nx", normal},
+                                                          {"ny", normal + 1},
+                                                          {"nz", normal + 2},
+                                                          {"red", red},
+                                                          {"green", red + 1},
+                                                          {"blue", red + 2},
+                                                          {"r", red},
+                                                          {"g", red + 1},
+                                                          {"b", red + 2},
+                                                          {"diffuse_red", red},
+                                                          {"diffuse_green", red + 1},
+                                                          {"diffuse_blue", red + 2},
+                                                          {"alpha", alpha},
+                                                          {"a", alpha},
+                                                          {"s", texture},
+                                                          {"t", texture + 1},
+                                                          {"u", texture},
+                                                          {"v", texture + 1},
+                                                          {"texture_u", texture},
+                                                          {"texture_v", texture + 1}};
+    for (const auto& [known, field] : names)
+        if (p.name == known) return field;
+    return -1;
+}
+
+/// A vertex's numbers, by field.
+using Row = std::array<double, std::size_t{fields}>;
+
+/// The largest number that stands for 1 in a colour of this type.
+double unit_of(Scalar type) {
+    return type == Scalar::uint8 ? 255 : type == Scalar::uint16 ? 65535 : 1;
+}
+
+/// Hands over the attributes of the vertex added last, as far as the bits of `found` say that there are any.
+void add_attributes(const Row& row, unsigned found, MeshBuilder& mesh) {
+    if (!mesh.wants_attributes()) return;
+    const auto has = [&](unsigned first, unsigned count) {
+        const unsigned bits = ((1u << count) - 1) << first;
+        return (found & bits) == bits;
+    };
+    const std::uint64_t vertex = mesh.vertex_count() - 1;
+    if (has(normal, 3)) mesh.normals.set_vertex(vertex, {row[normal], row[normal + 1], row[normal + 2]});
+    if (has(red, 3))
+        mesh.colours.set_vertex(vertex, {float(row[red]), float(row[red + 1]), float(row[red + 2]),
+                                         has(alpha, 1) ? float(row[alpha]) : 1.0F});
+    if (has(texture, 2) && !mesh.texture.by_corner)
+        mesh.texture.set_vertex(vertex, {row[texture], row[texture + 1]});
+}
+
+/// \param mesh  has reserve_vertices() and add_vertex(); `row_added` is called after the latter
+template <class Data, class Vertices, class RowAdded>
+void read_vertices(Data& data, const Element& element, Vertices& mesh, std::uint64_t& done,
+                   RowAdded&& row_added) {
+    std::vector<int> places;
+    std::vector<double> units;
+    unsigned found = 0;
     for (const Property& p : element.properties) {
-        const bool coordinate =
-            p.count_type == Scalar::none && p.name.size() == 1 && p.name >= "x" && p.name <= "z";
-        axis_of.push_back(coordinate ? p.name[0] - 'x' : -1);
-        if (coordinate) axes |= 1 << (p.name[0] - 'x');
+        places.push_back(field_of(p));
+        if (places.back() >= 0) found |= 1u << places.back();
+        units.push_back(places.back() >= red && places.back() <= alpha ? unit_of(p.type) : 1);
     }
-    if (axes != 7) throw InputError("the PLY vertices have no x, y and z");
+    if ((found & 7) != 7) throw InputError("the PLY vertices have no x, y and z");
     mesh.reserve_vertices(element.count, data.bytes_left(), least_bytes<Data>(element));
     for (; done < element.count; ++done) {
-        Vec3 position;
-        for (std::size_t i = 0; i < axis_of.size(); ++i) {
-            if (axis_of[i] >= 0) {
-                position[axis_of[i]] = data.next(element.properties[i].type);
+        Row row{};
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            if (places[i] >= 0) {
+                row[std::size_t(places[i])] = data.next(element.properties[i].type) / units[i];
             } else {
                 skip_property(data, element.properties[i]);
             }
         }
-        mesh.add_vertex(position);
+        mesh.add_vertex({row[x], row[y], row[z]});
+        row_added(row, found);
     }
 }
 
@@ -251,6 +313,27 @@ std::size_t index_property(const Element& element) {
     throw InputError(fmt::format("the PLY element '{}' has no list vertex_indices", element.name));
 }
 
+/// A face's list of texture coordinates, u and v of each of its `corners` corners. They become the values of
+/// the corners added last; if the list is of another length, it is passed over.
+template <class Data>
+void read_texture_list(Data& data, const Property& list, MeshBuilder& mesh) {
+    std::uint64_t left = list_length(data, list);
+    const std::size_t corners = mesh.face_corners();
+    if (corners == 0 || left != 2 * std::uint64_t{corners}) return data.skip(list.type, left);
+    for (std::size_t i = 0; i < corners; ++i) {
+        const double u = data.next(list.type), v = data.next(list.type);
+        mesh.texture.set_corner(mesh.corner_count() - corners + i + 1, std::int64_t(mesh.texture.size()));
+        mesh.texture.add({u, v});
+    }
+}
+
+bool has_texture_list(const Header& header) {
+    for (const Element& element : header.elements)
+        for (const Property& p : element.properties)
+            if (element.name == "face" && p.name == "texcoord" && p.count_type != Scalar::none) return true;
+    return false;
+}
+
 template <class Data>
 void read_faces(Data& data, const Element& element, MeshBuilder& mesh, std::uint64_t& done) {
     const std::size_t indices = index_property(element);
@@ -259,7 +342,10 @@ void read_faces(Data& data, const Element& element, MeshBuilder& mesh, std::uint
         for (std::size_t i = 0; i < element.properties.size(); ++i) {
             const Property& p = element.properties[i];
             if (i != indices) {
-                skip_property(data, p);
+                if (mesh.wants_attributes() && p.name == "texcoord" && p.count_type != Scalar::none)
+                    read_texture_list(data, p, mesh);
+                else
+                    skip_property(data, p);
                 continue;
             }
             for (std::uint64_t left = list_length(data, p); left > 0; --left) {
@@ -297,12 +383,17 @@ void read_strips(Data& data, const Element& element, MeshBuilder& mesh, std::uin
 template <class Data>
 void read_body(Data& data, const Header& header, MeshBuilder& mesh) {
     bool any_faces = false;
+    mesh.texture.by_corner = has_texture_list(header);
+    if (header.names_texture && mesh.wants_attributes()) mesh.warn_not_carried("materials and textures");
     for (const Element& element : header.elements) {
         if (element.properties.empty()) continue;  // takes no bytes, however many there are
         std::uint64_t done = 0;
         try {
             if (element.name == "vertex") {
-                read_vertices(data, element, mesh, done);
+                for (const Property& p : element.properties)
+                    mesh.byte_colours |= field_of(p) == red && p.type == Scalar::uint8;
+                read_vertices(data, element, mesh, done,
+                              [&](const Row& row, unsigned found) { add_attributes(row, found, mesh); });
             } else if (element.name == "face") {
                 any_faces = true;
                 read_faces(data, element, mesh, done);
@@ -343,7 +434,7 @@ std::vector<Vec3> read_points(Data& data, const Header& header) {
         std::uint64_t done = 0;
         try {
             if (vertices) {
-                read_vertices(data, element, found, done);
+                read_vertices(data, element, found, done, [](const Row&, unsigned) {});
                 return std::move(found.points);
             }
             for (; done < element.count; ++done) {
@@ -371,8 +462,8 @@ std::vector<Vec3> parse_ply_points(std::string_view bytes) {
     return read_points(data, header);
 }
 
-MeshFile parse_ply(std::string_view bytes) {
-    MeshBuilder mesh(bytes.size());
+MeshFile parse_ply(std::string_view bytes, const ReadOptions& options) {
+    MeshBuilder mesh(bytes.size(), options);
     Text text(bytes);
     const Header header = read_header(text);
     if (header.format == Format::ascii) {

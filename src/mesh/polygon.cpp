@@ -61,10 +61,10 @@ bool strictly_convex(const std::vector<Point>& p) {
 /// Ear clipping on a ring of corners.
 class EarClipper {
 public:
-    EarClipper(std::span<const std::uint32_t> polygon, const std::vector<Point>& points, std::uint64_t& budget,
+    EarClipper(std::span<const std::uint32_t> corners, const std::vector<Point>& points, std::uint64_t& budget,
                std::vector<Triangle>& out)
-        : polygon_(polygon), points_(points), budget_(budget), out_(out) {
-        const std::size_t n = polygon.size();
+        : polygon_(corners), points_(points), budget_(budget), out_(out) {
+        const std::size_t n = corners.size();
         previous_.resize(n), next_.resize(n), turn_.resize(n);
         for (std::size_t i = 0; i < n; ++i) {
             previous_[i] = i == 0 ? n - 1 : i - 1;
@@ -161,25 +161,34 @@ private:
 
 bool triangulate(std::span<const std::uint32_t> polygon, std::span<const Vec3> vertices, std::uint64_t& budget,
                  std::vector<Triangle>& out) {
-    std::vector<std::uint32_t> ring, repeated;  // without corners that repeat their neighbour; places of those
-    for (const std::uint32_t corner : polygon) {
-        if (ring.empty() || ring.back() != corner) {
+    // Corners that do not repeat their neighbour, and their vertices; the others, and their places in the ring.
+    std::vector<std::uint32_t> ring, ring_vertices, repeated;
+    std::vector<std::uint32_t> place_of;
+    const auto drop = [&](std::uint32_t corner, std::size_t place) {
+        repeated.push_back(corner);
+        place_of.push_back(std::uint32_t(place));
+    };
+    for (std::uint32_t corner = 0; corner < polygon.size(); ++corner) {
+        if (ring.empty() || ring_vertices.back() != polygon[corner]) {
             ring.push_back(corner);
+            ring_vertices.push_back(polygon[corner]);
         } else {
-            repeated.push_back(std::uint32_t(ring.size() - 1));
+            drop(corner, ring.size() - 1);
         }
     }
-    for (; ring.size() > 1 && ring.back() == ring.front(); ring.pop_back()) repeated.push_back(0);
+    for (; ring.size() > 1 && ring_vertices.back() == ring_vertices.front();
+         ring.pop_back(), ring_vertices.pop_back())
+        drop(ring.back(), 0);
     // A repeated corner makes a triangle that is a segment, so that n corners make n − 2 triangles.
-    for (const std::uint32_t place : repeated) {
-        const std::uint32_t corner = ring[place < ring.size() ? place : 0];
-        out.push_back({corner, corner, ring[(place + 1) % ring.size()]});
+    for (std::size_t i = 0; i < repeated.size(); ++i) {
+        const std::size_t place = place_of[i];
+        out.push_back({ring[place < ring.size() ? place : 0], repeated[i], ring[(place + 1) % ring.size()]});
     }
     if (ring.size() < 3) return true;
     const auto fan = [&] {
         for (std::size_t i = 2; i < ring.size(); ++i) out.push_back({ring[0], ring[i - 1], ring[i]});
     };
-    const std::vector<Point> points = ring.size() > 3 ? project(ring, vertices) : std::vector<Point>();
+    const std::vector<Point> points = ring.size() > 3 ? project(ring_vertices, vertices) : std::vector<Point>();
     if (points.empty() || strictly_convex(points)) {
         fan();
         return true;

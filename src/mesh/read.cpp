@@ -89,22 +89,25 @@ std::string lower_extension(const std::filesystem::path& path) {
     return extension;
 }
 
-MeshFile parse_mesh(std::string_view bytes, const std::string& extension, const LoadSibling& load) {
+MeshFile parse_mesh(std::string_view bytes, const std::string& extension, const LoadSibling& load,
+                    const ReadOptions& options) {
     if (bytes.empty()) throw InputError("the file is empty");
     if (extension == ".stl" && is_exact_binary_stl(bytes)) return parse_stl(bytes);
-    if (bytes.starts_with("glTF")) return parse_gltf(bytes, load);
-    if (bytes.starts_with("PK\x03\x04")) return parse_3mf(bytes);
-    if (bytes.starts_with("ply") && bytes.size() > 3 && Text::is_space(bytes[3])) return parse_ply(bytes);
+    if (bytes.starts_with("glTF")) return parse_gltf(bytes, load, options);
+    if (bytes.starts_with("PK\x03\x04")) return parse_3mf(bytes, options);
+    if (bytes.starts_with("ply") && bytes.size() > 3 && Text::is_space(bytes[3]))
+        return parse_ply(bytes, options);
     Text text(bytes);
     text.skip_space();
-    if (text.peek() == '{') return parse_gltf(bytes, load);
+    if (text.peek() == '{') return parse_gltf(bytes, load, options);
     if (is_ascii_stl(bytes)) return parse_stl(bytes);
     text.skip_space_and_comments();
-    if (starts_like_off(text.rest())) return parse_off(bytes);
+    if (starts_like_off(text.rest())) return parse_off(bytes, options);
     if (is_exact_binary_stl(bytes))
         return parse_stl(bytes);  // of no text: bytes 80 to 83 would be a huge count
-    if (extension == ".obj" || (extension != ".stl" && starts_like_obj(Text(bytes)))) return parse_obj(bytes);
-    if (extension == ".off") return parse_off(bytes);
+    if (extension == ".obj" || (extension != ".stl" && starts_like_obj(Text(bytes))))
+        return parse_obj(bytes, options);
+    if (extension == ".off") return parse_off(bytes, options);
     if (extension == ".stl") return parse_stl(bytes);
     if (extension == ".ply" || extension == ".glb" || extension == ".gltf" || extension == ".3mf") {
         throw InputError(fmt::format("not a {} file: it does not begin like one", extension.substr(1)));
@@ -112,14 +115,14 @@ MeshFile parse_mesh(std::string_view bytes, const std::string& extension, const 
     throw InputError("unknown format; .obj, .stl, .ply, .off, .glb, .gltf and .3mf can be read");
 }
 
-MeshFile read_mesh(const std::filesystem::path& path) {
+MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options) {
     const Bytes bytes = read_file(path);
     const LoadSibling load = [&](const std::string& relative) {
         const Bytes sibling = read_file(path.parent_path() / relative);
         return std::string(sibling.view());
     };
     try {
-        return parse_mesh(bytes.view(), lower_extension(path), load);
+        return parse_mesh(bytes.view(), lower_extension(path), load, options);
     } catch (const InputError& error) {
         throw InputError(fmt::format("cannot use '{}': {}", path.string(), error.what()));
     } catch (const std::bad_alloc&) {

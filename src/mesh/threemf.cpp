@@ -195,7 +195,7 @@ std::string root_part(const std::vector<ArchiveFile>& files) {
 
 }  // namespace
 
-MeshFile parse_3mf(std::string_view bytes) {
+MeshFile parse_3mf(std::string_view bytes, const ReadOptions& options) {
     const auto files = unpack(bytes, unpacked_base + unpacked_per_byte * bytes.size());
     const std::string root = root_part(files);
     Package package;
@@ -211,6 +211,15 @@ MeshFile parse_3mf(std::string_view bytes) {
     if (!any) throw InputError(fmt::format("not a 3MF file: no part '{}' in the archive", root));
     MeshBuilder mesh(bytes.size());
     package.build(mesh);
+    if (options.attributes) {
+        for (const auto& [name, content] : files)
+            if (part_name(name).ends_with(".model") && (content.find("colorgroup") != std::string::npos ||
+                                                        content.find("basematerials") != std::string::npos ||
+                                                        content.find("texture2d") != std::string::npos)) {
+                mesh.warn_not_carried("colours, materials and textures of 3MF files");
+                break;
+            }
+    }
     return mesh.finish("3mf");
 }
 

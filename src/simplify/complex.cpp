@@ -81,7 +81,7 @@ __attribute__((noinline)) double rounded_to_single(double x) {
     return double(float(x));
 }
 
-Complex::Complex(const Mesh& mesh) {
+Complex::Complex(const Mesh& mesh, std::span<const Triangle> wedges) {
     // Distinct positions and triangles, both in Morton order: what is near in space is near in memory.
     PointIndex index(std::min(mesh.vertices.size(), 3 * mesh.triangles.size()));
     std::vector<std::uint32_t> number(mesh.vertices.size(), no_index), source;
@@ -98,9 +98,9 @@ Complex::Complex(const Mesh& mesh) {
         triangle_.push_back(t);
     }
     const MortonNumbers codes(index.points());
-    std::vector<std::uint32_t> rank(index.size());
+    std::vector<std::uint32_t> rank_of(index.size());
     for (const std::uint32_t v : codes.order(index.size(), [&](std::size_t i) { return index.points()[i]; })) {
-        rank[v] = std::uint32_t(position_.size());
+        rank_of[v] = std::uint32_t(position_.size());
         position_.push_back(index.points()[v]);
         source_.push_back(source[v]);
     }
@@ -111,8 +111,14 @@ Complex::Complex(const Mesh& mesh) {
         const auto& p = index.points();
         return (1.0 / 3.0) * (p[unsorted[t][0]] + p[unsorted[t][1]] + p[unsorted[t][2]]);
     };
-    for (std::size_t t = 0; const std::uint32_t i : codes.order(unsorted.size(), centroid))
-        triangle_[t++] = {rank[unsorted[i][0]], rank[unsorted[i][1]], rank[unsorted[i][2]]};
+    for (std::size_t t = 0; const std::uint32_t i : codes.order(unsorted.size(), centroid)) {
+        triangle_[t++] = {rank_of[unsorted[i][0]], rank_of[unsorted[i][1]], rank_of[unsorted[i][2]]};
+        if (!wedges.empty()) wedge_.insert(wedge_.end(), wedges[i].begin(), wedges[i].end());
+    }
+    if (!wedges.empty()) {
+        merged_into_.resize(*std::max_element(wedge_.begin(), wedge_.end()) + std::size_t{1});
+        std::iota(merged_into_.begin(), merged_into_.end(), 0u);
+    }
     living_ = triangle_.size();
     head_.assign(position_.size(), no_index);
     next_.assign(3 * triangle_.size(), no_index);
@@ -124,7 +130,7 @@ Complex::Complex(const Mesh& mesh) {
     mark_.assign(position_.size(), 0);
     kind_.resize(position_.size());
     std::vector<std::array<std::uint32_t, 2>> links;
-    for (std::uint32_t v = 0; v < position_.size(); ++v) kind_[v] = kind_of(v, links);
+    for (std::uint32_t v = 0; v < position_.size(); ++v) kind_[v] = kind_with_seams(v, kind_of(v, links));
 }
 
 /// A vertex is inner if its link is one cycle of three edges or more, boundary if it is one path.
@@ -160,6 +166,87 @@ Complex::Kind Complex::kind_of(std::uint32_t v, std::vector<std::array<std::uint
     return has_fork(links) ? Kind::fixed : Kind::boundary;
 }
 
+/// What a vertex is that the shape alone makes `kind`: on a seam if two edges around it are seams, and every
+/// triangle has one of two wedges. (With one wedge only, the seam is pinched there.)
+Complex::Kind Complex::kind_with_seams(std::uint32_t v, Kind kind) const {
+    if (wedge_.empty() || kind == Kind::fixed) return kind;
+    std::uint32_t seams = 0, first = no_index, second = no_index;
+    bool more = false;
+    for_star(v, [&](std::uint32_t t, std::uint32_t k) {
+        seams +=
+            is_seam(t, k) ? 1 : 0;  // each edge of an inner vertex goes out from it in one of its triangles
+        seams += kind == Kind::boundary && is_seam(t, (k + 2) % 3) ? 1 : 0;
+        const std::uint32_t w = wedge_[3 * t + k];
+        if (first == no_index) first = w;
+        if (w == first) return;
+        if (second == no_index) second = w;
+        more |= w != second;
+    });
+    if (seams == 0) return kind;
+    return kind == Kind::inner && !more && second != no_index && seams == 2 ? Kind::seam : Kind::fixed;
+}
+
+std::uint32_t Complex::wedge_at(std::uint32_t t, std::uint32_t v) const {
+    const Triangle& c = triangle_[t];
+    return wedge_[3 * t + (c[0] == v ? 0u : c[1] == v ? 1u : 2u)];
+}
+
+/// Whether the edge uv that s and t have in common is a seam.
+bool Complex::differ(std::uint32_t s, std::uint32_t t, std::uint32_t u, std::uint32_t v) const {
+    return wedge_at(s, u) != wedge_at(t, u) || wedge_at(s, v) != wedge_at(t, v);
+}
+
+bool Complex::is_seam(std::uint32_t t, std::uint32_t k) const {
+    if (wedge_.empty()) return false;
+    const std::uint32_t u = triangle_[t][k], v = triangle_[t][(k + 1) % 3];
+    bool seam = false;
+    for_star(u, [&](std::uint32_t s, std::uint32_t) {
+        seam |= s != t && has(triangle_[s], v) && differ(s, t, u, v);
+    });
+    return seam;
+}
+
+std::uint64_t Complex::seam_edges() const {
+    std::uint64_t sides = 0;
+    if (wedge_.empty()) return sides;
+    for (std::uint32_t t = 0; t < triangles(); ++t)
+        for (std::uint32_t k = 0; k < 3 && has_triangle(t); ++k) sides += is_seam(t, k) ? 1 : 0;
+    return sides / 2;
+}
+
+/// Whether merging u into v keeps all seams, as can_merge() keeps boundaries.
+bool Complex::seam_can_merge(std::uint32_t u, std::uint32_t v, std::span<const std::uint32_t> shared) const {
+    const bool seam = shared.size() == 2 && differ(shared[0], shared[1], u, v);
+    if (on_seam(u) != seam) return false;  // along the seam only, and nothing else along it
+    // At a seam's end both sides agree: the last edge stays, or a short seam would close.
+    if (seam && wedge_at(shared[0], v) == wedge_at(shared[1], v)) return false;
+    // A triangle whose other edges both bound its chart would take it along.
+    for (const std::uint32_t t : shared) {
+        std::uint32_t bounding = 0;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = triangle_[t][k], b = triangle_[t][(k + 1) % 3];
+            if ((a == u && b == v) || (a == v && b == u)) continue;
+            bounding += triangles_at_edge(a, b) == 1 || is_seam(t, k) ? 1 : 0;
+        }
+        if (bounding == 2) return false;
+    }
+    return true;
+}
+
+/// On each side of uv, the triangles around the vertex that goes take the wedge of the one that stays.
+void Complex::merge_wedges(std::uint32_t u, std::uint32_t v, bool v_goes,
+                           std::span<const std::uint32_t> shared) {
+    const std::uint32_t goes = v_goes ? v : u, stays = v_goes ? u : v;
+    for (const std::uint32_t t : shared) {
+        const std::uint32_t from = wedge_at(t, goes), into = wedge_at(t, stays);
+        if (from == into) continue;  // done with the other triangle
+        merged_into_[from] = into;
+        for_star(goes, [&](std::uint32_t s, std::uint32_t k) {
+            if (wedge_[3 * s + k] == from) wedge_[3 * s + k] = into;
+        });
+    }
+}
+
 std::uint32_t Complex::ring(std::uint32_t u, std::uint32_t v, std::vector<std::uint32_t>& triangles) const {
     const std::size_t begin = triangles.size();
     std::uint32_t shared = 0;
@@ -177,7 +264,9 @@ bool Complex::can_merge(std::uint32_t u, std::uint32_t v, std::span<const std::u
                         std::uint32_t shared) {
     if (shared == 0 || shared > 2) return false;
     // Not across the inside from boundary to boundary; a fixed vertex may be on one.
-    if (shared == 2 && kind_[u] != Kind::inner && kind_[v] != Kind::inner) return false;
+    if (shared == 2 && kind_[u] != Kind::inner && kind_[u] != Kind::seam && kind_[v] != Kind::inner)
+        return false;
+    if (!wedge_.empty() && !seam_can_merge(u, v, triangles.first(shared))) return false;
     // Marks 4·epoch + bits: 1 a neighbour of u, 2 of v.
     epoch_ += 4;
     const auto bits = [&](std::uint32_t w) { return mark_[w] >= epoch_ ? mark_[w] - epoch_ : 0; };
@@ -217,6 +306,8 @@ bool Complex::can_merge(std::uint32_t u, std::uint32_t v, std::span<const std::u
 
 void Complex::merge(std::uint32_t u, std::uint32_t v, const Vec3& to, std::span<const std::uint32_t> triangles,
                     std::uint32_t shared) {
+    if (!wedge_.empty())
+        merge_wedges(u, v, kind_[u] == kind_[v] && to == position_[u], triangles.first(shared));
     for (std::uint32_t i = 0; i < shared; ++i) {
         const std::uint32_t gone = triangles[i];
         for (const std::uint32_t w : triangle_[gone]) {
@@ -324,7 +415,7 @@ void Complex::validate() const {
     std::vector<std::array<std::uint32_t, 2>> links;
     for (std::uint32_t v = 0; v < head_.size(); ++v)
         if (has_vertex(v) && kind_[v] != Kind::fixed)
-            require(kind_of(v, links) == kind_[v], "a vertex is no longer what it was");
+            require(kind_with_seams(v, kind_of(v, links)) == kind_[v], "a vertex is no longer what it was");
 }
 
 }  // namespace its

@@ -23,7 +23,12 @@ public:
     /// Vertices with identical coordinates become one. Vertices of edges with more than two triangles, of stars
     /// that are more than one fan, and of triangles that have a corner twice are fixed: they never move and
     /// never go.
-    explicit Complex(const Mesh& mesh);
+    ///
+    /// \param wedges  for each triangle numbers of its corners' wedges, each of one position only; empty: none.
+    ///        An edge whose two triangles have different wedges at an end is a *seam*. A vertex that two seam
+    ///        edges divide into two wedges moves along the seam only, by merging with its ends; other vertices
+    ///        of seams are fixed.
+    explicit Complex(const Mesh& mesh, std::span<const Triangle> wedges = {});
 
     std::uint64_t vertices() const { return position_.size(); }   ///< gone ones included
     std::uint64_t triangles() const { return triangle_.size(); }  ///< gone ones included
@@ -34,7 +39,19 @@ public:
     bool has_vertex(std::uint32_t v) const { return head_[v] != no_index; }
     bool is_fixed(std::uint32_t v) const { return kind_[v] == Kind::fixed; }
     bool on_boundary(std::uint32_t v) const { return kind_[v] == Kind::boundary; }
+    bool on_seam(std::uint32_t v) const { return kind_[v] == Kind::seam; }
+    /// Where two vertices merge, the one of higher rank holds its line or place: 0 inner, 1 boundary or seam, 2
+    /// fixed.
+    int rank(std::uint32_t v) const { return kind_[v] == Kind::inner ? 0 : kind_[v] == Kind::fixed ? 2 : 1; }
     std::uint32_t number_in_mesh(std::uint32_t v) const { return source_[v]; }
+
+    bool has_wedges() const { return !wedge_.empty(); }
+    std::uint32_t wedge(std::uint32_t t, std::uint32_t corner) const { return wedge_[3 * t + corner]; }
+    /// The wedge that this one has become part of, or itself.
+    std::uint32_t merged_into(std::uint32_t wedge) const { return merged_into_[wedge]; }
+    /// Whether the edge of triangle t from corner k to the next is a seam.
+    bool is_seam(std::uint32_t t, std::uint32_t k) const;
+    std::uint64_t seam_edges() const;
 
     /// fn(triangle, corner 0 to 2) for each triangle around v; those of no area by a double corner twice.
     template <class F>
@@ -66,9 +83,14 @@ public:
     void validate() const;
 
 private:
-    enum class Kind : std::uint8_t { inner, boundary, fixed };
+    enum class Kind : std::uint8_t { inner, boundary, seam, fixed };
 
     Kind kind_of(std::uint32_t v, std::vector<std::array<std::uint32_t, 2>>& links) const;
+    Kind kind_with_seams(std::uint32_t v, Kind kind) const;
+    std::uint32_t wedge_at(std::uint32_t t, std::uint32_t v) const;
+    bool differ(std::uint32_t s, std::uint32_t t, std::uint32_t u, std::uint32_t v) const;
+    bool seam_can_merge(std::uint32_t u, std::uint32_t v, std::span<const std::uint32_t> shared) const;
+    void merge_wedges(std::uint32_t u, std::uint32_t v, bool v_goes, std::span<const std::uint32_t> shared);
     std::uint32_t triangles_at_edge(std::uint32_t u, std::uint32_t v) const;
 
     std::vector<Vec3> position_;
@@ -77,6 +99,7 @@ private:
     std::vector<std::uint32_t> head_;    ///< first corner at each vertex; no_index when it is gone
     std::vector<std::uint32_t> next_;    ///< next corner at the same vertex
     std::vector<Kind> kind_;
+    std::vector<std::uint32_t> wedge_, merged_into_;  ///< of each corner; of each wedge. Empty: there are none
     std::uint64_t living_ = 0;
     std::vector<std::uint64_t> mark_;  ///< of a vertex: scratch of can_merge
     std::uint64_t epoch_ = 0;

@@ -72,13 +72,13 @@ void Decimator::sum_quadrics() {
             quadric_[c[k]] += plane;
             area[c[k]] += twice;
             const std::uint32_t a = c[k], b = c[(k + 1) % 3];
-            if (!mesh_.on_boundary(a) && !mesh_.is_fixed(a)) continue;
+            if (mesh_.rank(a) == 0) continue;
             int others = 0;
             mesh_.for_star(a, [&](std::uint32_t s, std::uint32_t) {
                 const Triangle& o = mesh_.triangle(s);
                 others += s != t && (o[0] == b || o[1] == b || o[2] == b);
             });
-            if (others > 0) continue;
+            if (others > 0 && !mesh_.is_seam(t, std::uint32_t(k))) continue;
             const Vec3 along = scaled(mesh_.position(b)) - scaled(mesh_.position(a));
             const Vec3 upright = cross(along, unit);
             const double length = norm(upright);
@@ -104,9 +104,14 @@ double Decimator::place(std::uint32_t u, std::uint32_t v, Vec3& to) const {
     const Quadric q = quadric_[u] + quadric_[v];
     const Vec3 p = scaled(mesh_.position(u)), r = scaled(mesh_.position(v));
     // u goes, so v is the one that is held: fixed, or on the boundary where u is not.
-    if (mesh_.is_fixed(v) || (mesh_.on_boundary(v) && !mesh_.on_boundary(u))) {
+    if (mesh_.is_fixed(v) || mesh_.rank(v) > mesh_.rank(u)) {
         to = mesh_.position(v);
         return q(r);
+    }
+    if (mesh_.on_seam(u)) {  // ends only: attributes are known exactly there, on both sides
+        const bool at_u = q(p) < q(r) && mesh_.on_seam(v);
+        to = mesh_.position(at_u ? u : v);
+        return at_u ? q(p) : q(r);
     }
     const Vec3 middle = 0.5 * (p + r);
     Vec3 best = middle;
@@ -127,10 +132,9 @@ double Decimator::place(std::uint32_t u, std::uint32_t v, Vec3& to) const {
 
 void Decimator::push(std::uint32_t a, std::uint32_t b) {
     // u may go: it is not fixed, and not on the boundary unless v is too.
-    const auto rank = [&](std::uint32_t v) { return mesh_.is_fixed(v) ? 2 : mesh_.on_boundary(v) ? 1 : 0; };
-    if (rank(a) == 2 && rank(b) == 2) return;
+    if (mesh_.is_fixed(a) && mesh_.is_fixed(b)) return;
     std::uint32_t u = std::max(a, b), v = std::min(a, b);
-    if (rank(u) > rank(v)) std::swap(u, v);
+    if (mesh_.rank(u) > mesh_.rank(v)) std::swap(u, v);
     Vec3 to;
     const double cost = place(u, v, to) + rule_.extra_cost(to);
     heap_.push_back({cost, u, v, stamp_[u] + stamp_[v]});

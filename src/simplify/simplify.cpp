@@ -10,6 +10,7 @@
 #include "mesh/require.h"
 #include "simplify/hausdorff_bound.h"
 #include "simplify/rules.h"
+#include "simplify/transfer.h"
 
 namespace its {
 
@@ -298,10 +299,17 @@ std::string_view reason(SimplifyStop stop) {
 }
 
 Simplified simplify(const Mesh& mesh, const SimplifyOptions& options) {
+    return simplify(mesh, MeshAttributes{}, options);
+}
+
+Simplified simplify(const Mesh& mesh, const MeshAttributes& attributes, const SimplifyOptions& options) {
     const Stopwatch watch;
     check_options(options);
     check_mesh(mesh);
-    Job job{options, Complex(mesh), {}, {}};
+    check_attributes(mesh, attributes);
+    const AttributeTransfer transfer(mesh, attributes);
+    Job job{options, Complex(mesh, transfer.wedges()), {}, {}};
+    job.report.seam_edges_before = job.complex.seam_edges();
     job.report.faces_before = job.complex.living_triangles();
     job.report.vertices_before = job.complex.vertices();
     check_faces(job);
@@ -314,7 +322,9 @@ Simplified simplify(const Mesh& mesh, const SimplifyOptions& options) {
     run(job);
     job.report.faces_after = job.complex.living_triangles();
     job.report.vertices_after = living_vertices(job.complex);
-    Simplified result{to_mesh(job.complex), job.report};
+    job.report.seam_edges_after = job.complex.seam_edges();
+    Simplified result{to_mesh(job.complex), {}, job.report};
+    if (!attributes.empty()) result.attributes = transfer.attributes_of(job.complex, result.mesh);
     result.report.seconds.total = watch.seconds();
     return result;
 }

@@ -1,9 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/program.h"
+#include "geometry/vec3.h"
 #include "support/zoo.h"
 
 /// `its simplify`: what it writes, says and refuses.
@@ -76,6 +78,45 @@ TEST_F(SimplifyCommand, ReportsForPeople) {
     EXPECT_THAT(result.out, HasSubstr("5,120 to 100"));
     EXPECT_THAT(result.out, HasSubstr("every point within"));
     EXPECT_THAT(run({"simplify", mesh, "-o", shop.path("out.off"), "--faces", "100", "-q"}).out, IsEmpty());
+}
+
+TEST_F(SimplifyCommand, KeepsAttributesWhereTheFormatHasThem) {
+    // A sheet whose two halves are apart in the picture, coloured by position.
+    const Mesh sheet = zoo::sheet(16);
+    MeshAttributes a;
+    for (std::size_t t = 0; t < sheet.triangles.size(); ++t) {
+        const auto& [i, j, k] = sheet.triangles[t];
+        const Vec3 sum = sheet.vertices[i] + sheet.vertices[j] + sheet.vertices[k];
+        Triangle& corners = a.texture.corners.emplace_back();
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Vec3& p = sheet.vertices[sheet.triangles[t][c]];
+            corners[c] = std::uint32_t(a.texture.values.size());
+            a.texture.values.push_back({p.x + (sum.x > 1.5 ? 5 : 0), p.y});
+        }
+    }
+    for (const Vec3& p : sheet.vertices) a.colours.values.push_back({float(p.x), float(p.y), 0.5F, 1});
+    a.colours.corners = sheet.triangles;
+    write_mesh(sheet, a, shop / "sheet.obj");
+    for (const char* output : {"s.ply", "s.obj", "s.off", "s.glb", "s.stl"}) {
+        const Result result =
+            run({"simplify", shop.path("sheet.obj"), "-o", shop.path(output), "--tolerance", "1e-3", "--json"});
+        ASSERT_EQ(result.status, 0) << result.error;
+        const json j = json::parse(result.out);
+        EXPECT_EQ(j["attributes"]["names"], (json{"colours", "texture coordinates"}));
+        EXPECT_EQ(j["attributes"]["seam_edges_before"], 16);
+        EXPECT_EQ(j["attributes"]["lost"].size(), std::string(output) == "s.stl" ? 2u : 0u);
+        if (std::string(output) == "s.stl") continue;
+        const MeshFile back = read_mesh(shop / output, {.attributes = true});
+        for (std::size_t t = 0; t < back.mesh.triangles.size(); ++t)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Vec3& p = back.mesh.vertices[back.mesh.triangles[t][c]];
+                EXPECT_NEAR(std::fmod(back.attributes.texture.at(t, c)[0] + 1e-6, 5), p.x, 1e-5);
+                EXPECT_NEAR(back.attributes.colours.at(t, c)[1], p.y, 1e-5);
+            }
+    }
+    const Result bare = run({"simplify", shop.path("sheet.obj"), "-o", shop.path("bare.obj"), "--tolerance",
+                             "1e-3", "--no-attributes", "--json"});
+    EXPECT_TRUE(json::parse(bare.out)["attributes"]["names"].empty());
 }
 
 TEST_F(SimplifyCommand, WarnsIfTheCountIsOutOfReach) {

@@ -24,6 +24,11 @@ int check_reader(Parse parse, const std::uint8_t* data, std::size_t size) {
                 if (v >= file.mesh.vertices.size()) std::abort();
             }
         }
+        try {
+            check_attributes(file.mesh, file.attributes);
+        } catch (const InputError&) {
+            std::abort();
+        }
         if (file.mesh.triangles.size() < 4096 && inspect(file.mesh).triangles != file.mesh.triangles.size())
             std::abort();
     } catch (const InputError&) {
