@@ -235,7 +235,8 @@ void Filling::clear(const Vec3& centre, double radius, Local& local) {
     local.centre_ = centre;
     local.gradient_ = {};
     local.radius_ = radius;
-    local.value_ = local.error_ = local.variation_ = 0;
+    local.near_gradient_ = {};
+    local.value_ = local.error_ = local.bend_ = 0;
     local.clear_ = true;
     local.vertices_.clear();
     local.triangles_.clear();
@@ -257,8 +258,8 @@ void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) con
     Local& far = surroundings.far_;
     const double length = norm(node.centre - far.centre_), gap = length - far.radius_ - node.radius;
     if (gap > least_opening * node.radius) {
-        const Far errors = far_errors(node, length, gap, far.radius_);
-        if (errors.error < small_common_error) return add_far(node, length, errors, far);
+        const double error = far_error(node, length, gap, far.radius_);
+        if (error < small_common_error) return add_far(node, length, error, far);
     }
     if (node.middle != none || node.left == none) {
         surroundings.near_.push_back(index);
@@ -268,8 +269,6 @@ void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) con
     collect_loops(node.right, surroundings);
 }
 
-/// What the surroundings have in common is within its error of a linear function at all points: it varies by
-/// that function's slope, and by twice the error.
 void Filling::localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
                        Local& local) const {
     clear(centre, radius, local);
@@ -277,31 +276,66 @@ void Filling::localise(const Vec3& centre, double radius, double opening, const 
     local.value_ = far.value_ + dot(far.gradient_, centre - far.centre_);
     local.gradient_ = far.gradient_;
     local.error_ = far.error_ + 16 * unit_roundoff * (std::abs(far.value_) + norm(far.gradient_) * far.radius_);
-    local.variation_ = (norm(far.gradient_) * radius + 2 * local.error_) * outward;
     for (const std::uint32_t index : surroundings.near_) collect(index, none, none, opening, local);
 }
 
-/// With K(y) = y/|y|³, whose derivatives are bounded by 2/|y|³ and 6/|y|⁴, the patch's solid angle is
+/// What a dipole's tangent may be off by over a ball. With K(y) = y/|y|³, whose derivatives are bounded by
+/// 2/|y|³ and 6/|y|⁴, the patch's solid angle is
 /// ∫ n·K(x − p) dA = N·K(c − p) + (first moment, at most √6 |first| / D³) + (rest, at most ½ 6 second / d⁴),
 /// with D = |c − p| and d = D − radius at most the distance from p to the patch. Over the ball, N·K changes
 /// from its tangent by at most ½ 6 |N| R² / D⁴.
-Filling::Far Filling::far_errors(const Node& node, double length, double distance, double ball) {
+double Filling::far_error(const Node& node, double length, double distance, double ball) {
     const double near = 1 / distance, far = 1 / (length - ball);
     const double near2 = near * near, far2 = far * far;
     const double error = 2.5 * node.first_norm * (far2 * far) + 3 * (node.second * near2) * near2 +
                          (3 * ball * ball * far2 + 64 * unit_roundoff) * (node.moment_norm * far2);
-    return {error * outward / whole_sphere, 2 * node.area * ball * (near2 * near) * outward / whole_sphere};
+    return error * outward / whole_sphere;
 }
 
-void Filling::add_far(const Node& node, double length, const Far& far, Local& local) const {
+void Filling::add_far(const Node& node, double length, double error, Local& local) const {
     const Vec3 r = node.centre - local.centre_;
     const double inverse = 1 / length;
     const double cube = inverse * inverse * inverse / whole_sphere;
     const double normal = dot(node.moment, r);
     local.value_ += normal * cube;
     local.gradient_ = local.gradient_ + (3 * normal * cube * inverse * inverse) * r - cube * node.moment;
-    local.error_ += far.error;
-    local.variation_ += far.variation;
+    local.error_ += error;
+}
+
+/// An edge of what is near, `distance` from the ball. By Biot and Savart the gradient of a winding number is
+/// (1/4π) ∫ K(x − p) × dx along its boundary, for a segment from p + a to p + b
+/// (a × b) (|a| + |b|) / (|a||b| (|a||b| + a·b)). With the bounds on K and K' it is at most
+/// min(length / d², 2 / d), and its own derivative is at most min(2 length / d³, 4 / d²).
+void Filling::add_edge(const Node& node, double distance, Local& local) const {
+    if (!(distance > 0)) {
+        local.bend_ = infinity;
+        return;
+    }
+    const double inverse = 1 / distance;
+    const double slope = std::min(node.chord * inverse, 2.0) * inverse * local.radius_;
+    const double bend = std::min(node.chord * inverse, 2.0) * inverse * inverse * local.radius_ * local.radius_;
+    if (bend > slope) {
+        local.bend_ += slope * (outward / whole_sphere);
+        return;
+    }
+    const Vec3 a = surface_.vertices[node.ends[0]] - local.centre_,
+               b = surface_.vertices[node.ends[1]] - local.centre_;
+    const double la = norm(a), lb = norm(b), product = la * lb, sum = product + dot(a, b);
+    // The error of `sum` is below 8u of the product, and so is that of a × b, beside the length of which
+    // `sum` is at most 2|a||b|: where the edge is seen under almost half a turn, the bound takes over.
+    if (!(sum > 0x1p-20 * product)) {
+        local.bend_ += slope * (outward / whole_sphere);
+        return;
+    }
+    const double scale = (la + lb) / (product * sum * whole_sphere);
+    local.near_gradient_ = local.near_gradient_ + scale * cross(a, b);
+    local.bend_ += (bend + 64 * unit_roundoff * (product * local.radius_) * (la + lb) / (product * sum)) *
+                   (outward / whole_sphere);
+}
+
+/// What is far is within its error of a linear function; what is near differs from one by its bend.
+double Filling::Local::variation() const {
+    return (norm(gradient_ + near_gradient_) * radius_ + 2 * error_ + bend_) * outward;
 }
 
 /// \param first, last  the chord's ends among the near vertices; none: a loop, or several
@@ -312,25 +346,21 @@ void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t la
     const bool leaf = node.left == none;
     bool far = leaf;
     if (!leaf && gap > least_opening * node.radius) {
-        const Far errors = far_errors(node, length, gap, local.radius_);
+        const double error = far_error(node, length, gap, local.radius_);
         // Loops that are small for their distance from each other are few dipoles long before that.
-        far = gap > opening * node.radius ||
-              (node.chord == 0 && (errors.error + errors.variation) * (opening * opening) < small_error);
-        if (far) add_far(node, length, errors, local);
+        far = gap > opening * node.radius || (node.chord == 0 && error * (opening * opening) < small_error);
+        if (far) add_far(node, length, error, local);
     }
     if (far) {
-        // Biot and Savart: the gradient of the winding number of what is bounded by a curve is at most the
-        // curve's length / (4π d²), d its distance; for a straight one also 2 / (4π d). What is near ends at
-        // the edges and at the chords of what is far.
-        if (node.chord > 0) {
-            const double d = leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
-                                                        surface_.vertices[node.ends[1]]) *
-                                            inward -
-                                        local.radius_
-                                  : gap;
-            const double slope = std::min(node.chord / d, 2.0) / d;
-            local.variation_ += d > 0 ? slope * local.radius_ * outward / whole_sphere : infinity;
-        }
+        // What is near ends at the edges and at the chords of what is far.
+        if (node.chord > 0)
+            add_edge(node,
+                     leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
+                                                surface_.vertices[node.ends[1]]) *
+                                    inward -
+                                local.radius_
+                          : gap,
+                     local);
         return;
     }
     if (node.middle == none) {  // of several loops

@@ -51,14 +51,16 @@ public:
         WindingEstimate at(const Vec3& point) const;
 
         /// |w(q) − w(centre)| for all points q of the ball, but for whole numbers where the way crosses F.
-        double variation() const { return variation_; }
+        double variation() const;
         /// Whether F stays away from the ball, so that variation() holds without exception.
         bool clear() const { return clear_; }
 
     private:
         friend class Filling;
         Vec3 centre_, gradient_;
-        double radius_ = 0, value_ = 0, error_ = 0, variation_ = 0;
+        double radius_ = 0, value_ = 0, error_ = 0;
+        Vec3 near_gradient_;  ///< at the centre, of what is near
+        double bend_ = 0;     ///< what is near differs over the ball by at most this from its tangent
         bool clear_ = true;
         struct Seen {
             double x[block], y[block], z[block], length[block];
@@ -125,12 +127,9 @@ private:
     void collect_loops(std::uint32_t index, Surroundings& surroundings) const;
     static void clear(const Vec3& centre, double radius, Local& local);
     bool comes_near(const Node& node, double gap, const Local& local) const;
-    /// What a dipole may be off by over a ball, and how much it may change in it.
-    struct Far {
-        double error, variation;
-    };
-    static Far far_errors(const Node& node, double length, double distance, double ball);
-    void add_far(const Node& node, double length, const Far& far, Local& local) const;
+    static double far_error(const Node& node, double length, double distance, double ball);
+    void add_far(const Node& node, double length, double error, Local& local) const;
+    void add_edge(const Node& node, double distance, Local& local) const;
 
     Mesh surface_;
     std::vector<Node> nodes_;
