@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t cube_grain = 64;
 
-/// Patches farther from a cube than this many of their radii are dipoles; measured, docs/design/signs.md.
+/// Patches farther from a cube than this many of their radii are expanded; measured, docs/design/signs.md.
 /// First a rough look, which is enough for most cubes.
 constexpr double rough_opening = 0.5, opening = 2;
 /// Cubes share the surroundings of the cube this many levels above.
@@ -128,12 +128,15 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
         filling_.localise(centre, radius, accuracy, surroundings(cube, scratch), scratch.local);
         const WindingEstimate w = scratch.local.at(centre);
         const double spread = scratch.local.variation() + w.error + decision_gap;
-        out.may_flip = !(std::abs(w.value - (std::floor(w.value) + 0.5)) > spread);
+        const double off_half = std::abs(w.value - (std::floor(w.value) + 0.5));
+        out.may_flip = !(off_half > spread);
         out.decided = !out.may_flip && scratch.local.clear();
         out.threshold = std::int32_t(std::floor(w.value + 0.5));
         // At the side of the bounding box inside ends, should it reach so far: there W = 0 beyond.
         if (!within && (!scratch.local.clear() || w.value - spread < -0.5)) out.may_flip = true;
         if (out.decided && !out.may_flip) break;
+        // Where what is near varies too much a closer look, whose estimates err less, is of no use.
+        if (cube.level > 1 && spread - 3 * w.error > off_half + w.error) break;
     }
     return out;
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double whole_sphere = 4 * std::numbers::pi;
-/// A patch is a dipole at less than the opening asked for, and at more than the least, where its error is
+/// A patch is expanded at less than the opening asked for, and at more than the least, where its error is
 /// smaller than this over the opening's square; measured, docs/design/signs.md.
 constexpr double least_opening = 0.25, small_error = 0x1p-8;
 /// Loops are common to all of the surroundings where their error is smaller than this. With 2^-12 thousands of
@@ -427,13 +427,13 @@ void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t la
     bool far = leaf;
     if (!leaf && gap > least_opening * node.radius) {
         const double error = far_error(node, length, gap, local.radius_);
-        // Loops that are small for their distance from each other are few dipoles long before that.
+        // Loops that are small for their distance from each other are few terms long before that.
         far = gap > opening * node.radius || (node.chord == 0 && error * (opening * opening) < small_error);
         if (far) add_far(node, length, error, local);
     }
     if (far) {
         // What is near ends at the edges and at the chords of what is far.
-        if (node.chord > 0)
+        if (node.chord > 0 && local.radius_ > 0)
             add_edge(node,
                      leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
                                                 surface_.vertices[node.ends[1]]) *

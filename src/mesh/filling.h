@@ -34,7 +34,7 @@ public:
     const Mesh& surface() const { return surface_; }
 
     /// The winding number of F near a ball, ready for many of its points. Patches of F that are far from it
-    /// count as dipoles, expanded about the centre; the triangles of the others one by one.
+    /// are expanded about the centre to second order; the triangles of the others one by one.
     class Local {
     public:
         static constexpr int block = 28;  ///< points taken at once: a cube's 27
@@ -92,7 +92,7 @@ public:
     void localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
                   Local& local) const;
 
-    /// \param opening  patches farther from the ball than this many of their radii are dipoles; > 0
+    /// \param opening  patches farther from the ball than this many of their radii are expanded; > 0
     /// \param local  receives the result; its memory is used again
     void localise(const Vec3& centre, double radius, double opening, Local& local) const;
 
