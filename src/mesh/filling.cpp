@@ -18,9 +18,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double whole_sphere = 4 * std::numbers::pi;
-/// A patch is expanded at less than the opening asked for, and at more than the least, where its error is
-/// smaller than this over the opening's square; measured, docs/design/signs.md.
-constexpr double least_opening = 0.25, small_error = 0x1p-8;
+/// The error of an expansion is looked at where a patch is farther away than this many of its radii.
+constexpr double least_gap = 0.25;
 /// Loops are common to all of the surroundings where their error is smaller than this. With 2^-12 thousands of
 /// loops add up to too much.
 constexpr double small_common_error = 0x1p-14;
@@ -296,9 +295,9 @@ void Filling::clear(const Vec3& centre, double radius, Local& local) {
     local.triangles_.clear();
 }
 
-void Filling::localise(const Vec3& centre, double radius, double opening, Local& local) const {
+void Filling::localise(const Vec3& centre, double radius, double tolerance, Local& local) const {
     clear(centre, radius, local);
-    if (root_ != none) collect(root_, none, none, opening, local);
+    if (root_ != none) collect(root_, none, none, tolerance, local);
 }
 
 void Filling::surround(const Vec3& centre, double radius, Surroundings& surroundings) const {
@@ -311,7 +310,7 @@ void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) con
     const Node& node = nodes_[index];
     Local& far = surroundings.far_;
     const double length = norm(node.centre - far.centre_), gap = length - far.radius_ - node.radius;
-    if (gap > least_opening * node.radius) {
+    if (gap > least_gap * node.radius) {
         const double error = far_error(node, length, gap, far.radius_);
         if (error < small_common_error) return add_far(node, length, error, far);
     }
@@ -323,7 +322,7 @@ void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) con
     collect_loops(node.right, surroundings);
 }
 
-void Filling::localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
+void Filling::localise(const Vec3& centre, double radius, double tolerance, const Surroundings& surroundings,
                        Local& local) const {
     clear(centre, radius, local);
     const Local& far = surroundings.far_;
@@ -332,7 +331,7 @@ void Filling::localise(const Vec3& centre, double radius, double opening, const 
     local.gradient_ = far.gradient_ + times(far.hessian_, offset);
     local.hessian_ = far.hessian_;
     local.error_ = far.error_ + far.rounding();
-    for (const std::uint32_t index : surroundings.near_) collect(index, none, none, opening, local);
+    for (const std::uint32_t index : surroundings.near_) collect(index, none, none, tolerance, local);
 }
 
 /// The patch's solid angle is ∫ n·K(r + u) dA, K(y) = y/|y|³, with r from the ball's centre to the patch's and
@@ -419,16 +418,15 @@ double Filling::Local::rounding() const {
 }
 
 /// \param first, last  the chord's ends among the near vertices; none: a loop, or several
-void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double tolerance,
                       Local& local) const {
     const Node& node = nodes_[index];
     const double length = norm(node.centre - local.centre_), gap = length - local.radius_ - node.radius;
     const bool leaf = node.left == none;
     bool far = leaf;
-    if (!leaf && gap > least_opening * node.radius) {
+    if (!leaf && gap > least_gap * node.radius) {
         const double error = far_error(node, length, gap, local.radius_);
-        // Loops that are small for their distance from each other are few terms long before that.
-        far = gap > opening * node.radius || (node.chord == 0 && error * (opening * opening) < small_error);
+        far = error < tolerance;
         if (far) add_far(node, length, error, local);
     }
     if (far) {
@@ -444,8 +442,8 @@ void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t la
         return;
     }
     if (node.middle == none) {  // of several loops
-        collect(node.left, none, none, opening, local);
-        collect(node.right, none, none, opening, local);
+        collect(node.left, none, none, tolerance, local);
+        collect(node.right, none, none, tolerance, local);
         return;
     }
     const auto add_vertex = [&](std::uint32_t v) {
@@ -458,8 +456,8 @@ void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t la
         local.triangles_.push_back({first, middle, last});
         if (comes_near(node, gap, local)) local.clear_ = false;
     }
-    collect(node.left, first, middle, opening, local);
-    collect(node.right, middle, last, opening, local);
+    collect(node.left, first, middle, tolerance, local);
+    collect(node.right, middle, last, tolerance, local);
 }
 
 /// Whether the node's triangle may meet the ball: its plane does, and the sphere around the patch.

@@ -89,12 +89,12 @@ public:
     void surround(const Vec3& centre, double radius, Surroundings& surroundings) const;
 
     /// The same as below for points that are in the surroundings' ball, too.
-    void localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
+    void localise(const Vec3& centre, double radius, double tolerance, const Surroundings& surroundings,
                   Local& local) const;
 
-    /// \param opening  patches farther from the ball than this many of their radii are expanded; > 0
+    /// \param opening  patches are expanded where the error of that is smaller than this; > 0
     /// \param local  receives the result; its memory is used again
-    void localise(const Vec3& centre, double radius, double opening, Local& local) const;
+    void localise(const Vec3& centre, double radius, double tolerance, Local& local) const;
 
     /// The boundary term of the antipodal method: the winding number of M at p is the signed crossings of M by
     /// the ray from p in direction −x (geometry/predicates.h), plus this. Like those, it is that of the
@@ -128,7 +128,7 @@ private:
     static Node triangle(std::span<const Vec3> corners);
     static void add_moments(const Node& part, const Vec3& offset, Node& node);
     std::uint32_t finish(Node node, std::span<const Vec3> corners);
-    void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+    void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double tolerance,
                  Local& local) const;
     void collect_loops(std::uint32_t index, Surroundings& surroundings) const;
     static void clear(const Vec3& centre, double radius, Local& local);

@@ -165,8 +165,8 @@ TEST(Filling, EstimatesAreWithinTheirErrors) {
         for (int i = 0; i < 300; ++i) {
             const Vec3 centre = points.next();
             const double radius = points.size() * std::pow(2.0, -2 - i % 8);
-            const double opening = 0.5 + i % 7;
-            filling.localise(centre, radius, opening, local);
+            const double tolerance = std::pow(2.0, -5 - 2 * (i % 7));
+            filling.localise(centre, radius, tolerance, local);
             const double at_centre = solid_angle_winding(filling.surface(), centre);
             for (int j = 0; j < 8; ++j) {
                 Vec3 offset{points.unit(), points.unit(), points.unit()};
@@ -202,7 +202,7 @@ TEST(Filling, SurroundingsAreWithinTheirErrors) {
         Vec3 offset{points.unit(), points.unit(), points.unit()};
         const double radius = large / 4;
         const Vec3 centre = around + ((large - radius) / std::max(norm(offset), 1.0)) * offset;
-        filling.localise(centre, radius, 0.5 + i % 5, surroundings, local);
+        filling.localise(centre, radius, std::pow(2.0, -6 - 3 * (i % 5)), surroundings, local);
         const double at_centre = solid_angle_winding(filling.surface(), centre);
         for (int j = 0; j < 8; ++j) {
             offset = {points.unit(), points.unit(), points.unit()};
