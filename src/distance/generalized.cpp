@@ -13,13 +13,13 @@ namespace {
 
 constexpr std::uint64_t cube_grain = 64;
 
-/// Patches farther from a cube than this many of their radii are dipoles; measured, docs/design/signs.md.
+/// Patches are expanded where each errs by less than this; measured, docs/design/signs.md.
 /// First a rough look, which is enough for most cubes.
-constexpr double rough_opening = 0.5, opening = 2;
+constexpr double rough_tolerance = 0x1p-6, tolerance = 0x1p-10;
 /// Cubes share the surroundings of the cube this many levels above.
 constexpr int common_levels = 2;
-/// Of the points of a group together, and of one point. With 3 instead of 6 far more points need their own.
-constexpr double group_opening = 6, point_opening = 16;
+/// Of the points of a group together, and of one point.
+constexpr double group_tolerance = 0x1p-13, point_tolerance = 0x1p-16;
 
 /// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
 /// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
@@ -124,16 +124,19 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
     if (apart) return {.decided = true, .may_flip = false, .threshold = never};
     const Vec3 centre = this->centre(cube);
     const double radius = ball_radius(cube);
-    for (const double accuracy : {rough_opening, opening}) {
+    for (const double accuracy : {rough_tolerance, tolerance}) {
         filling_.localise(centre, radius, accuracy, surroundings(cube, scratch), scratch.local);
         const WindingEstimate w = scratch.local.at(centre);
         const double spread = scratch.local.variation() + w.error + decision_gap;
-        out.may_flip = !(std::abs(w.value - (std::floor(w.value) + 0.5)) > spread);
+        const double off_half = std::abs(w.value - (std::floor(w.value) + 0.5));
+        out.may_flip = !(off_half > spread);
         out.decided = !out.may_flip && scratch.local.clear();
         out.threshold = std::int32_t(std::floor(w.value + 0.5));
         // At the side of the bounding box inside ends, should it reach so far: there W = 0 beyond.
         if (!within && (!scratch.local.clear() || w.value - spread < -0.5)) out.may_flip = true;
         if (out.decided && !out.may_flip) break;
+        // Where what is near varies too much a closer look, whose estimates err less, is of no use.
+        if (cube.level > 1 && spread - 3 * w.error > off_half + w.error) break;
     }
     return out;
 }
@@ -141,7 +144,7 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& s
 /// Finer estimates of a group's points, made when the first of them asks.
 WindingEstimate GeneralizedSigns::finer_estimate(const Cube& cube, int i, Scratch& scratch) const {
     if (!scratch.has_finer) {
-        filling_.localise(centre(cube), ball_radius(cube), group_opening, surroundings(cube, scratch),
+        filling_.localise(centre(cube), ball_radius(cube), group_tolerance, surroundings(cube, scratch),
                           scratch.finer);
         scratch.finer.at(scratch.points, scratch.finer_estimates);
         scratch.has_finer = true;
@@ -150,7 +153,7 @@ WindingEstimate GeneralizedSigns::finer_estimate(const Cube& cube, int i, Scratc
 }
 
 WindingEstimate GeneralizedSigns::finest_estimate(const Vec3& p, Filling::Local& local) const {
-    filling_.localise(p, 0, point_opening, local);
+    filling_.localise(p, 0, point_tolerance, local);
     return local.at(p);
 }
 
@@ -239,7 +242,7 @@ bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) co
     Scratch scratch;
     const Vec3 p = lattice_.position(at);
     double above = 0;
-    filling_.localise(p, 0, opening, scratch.local);
+    filling_.localise(p, 0, tolerance, scratch.local);
     if (settles(scratch.local.at(p), of_mesh[0] + of_filling[0], above)) return above > 0;
     return decide_exactly(p, of_mesh[0]);
 }

@@ -18,9 +18,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double whole_sphere = 4 * std::numbers::pi;
-/// A patch is a dipole at less than the opening asked for, and at more than the least, where its error is
-/// smaller than this over the opening's square; measured, docs/design/signs.md.
-constexpr double least_opening = 0.25, small_error = 0x1p-8;
+/// The error of an expansion is looked at where a patch is farther away than this many of its radii.
+constexpr double least_gap = 0.25;
 /// Loops are common to all of the surroundings where their error is smaller than this. With 2^-12 thousands of
 /// loops add up to too much.
 constexpr double small_common_error = 0x1p-14;
@@ -87,6 +86,44 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
     const double squared = dot(d, d);
     const double t = squared > 0 ? std::clamp(dot(p - a, d) / squared, 0.0, 1.0) : 0.0;
     return norm(p - a - t * d);
+}
+
+/// Cubic forms in x, y, z: coefficients of x³, y³, z³, x²y, x²z, xy², y²z, xz², yz², xyz.
+using Cubic = std::array<double, 10>;
+
+/// Adds scale (a·r)(b·r)(c·r).
+void add_cubic(double scale, const Vec3& a, const Vec3& b, const Vec3& c, Cubic& form) {
+    const auto mixed = [&](int i, int j) {  // of the square of axis i and axis j
+        return scale * (a[i] * b[i] * c[j] + a[i] * b[j] * c[i] + a[j] * b[i] * c[i]);
+    };
+    for (int i = 0; i < 3; ++i) form[std::size_t(i)] += scale * a[i] * b[i] * c[i];
+    form[3] += mixed(0, 1);
+    form[4] += mixed(0, 2);
+    form[5] += mixed(1, 0);
+    form[6] += mixed(1, 2);
+    form[7] += mixed(2, 0);
+    form[8] += mixed(2, 1);
+    form[9] +=
+        scale * (a.x * (b.y * c.z + b.z * c.y) + a.y * (b.x * c.z + b.z * c.x) + a.z * (b.x * c.y + b.y * c.x));
+}
+
+double cubic_at(const Cubic& f, const Vec3& r) {
+    const double xx = r.x * r.x, yy = r.y * r.y, zz = r.z * r.z;
+    return r.x * (f[0] * xx + f[5] * yy + f[7] * zz + f[9] * (r.y * r.z)) +
+           r.y * (f[3] * xx + f[1] * yy + f[8] * zz) + r.z * (f[4] * xx + f[6] * yy + f[2] * zz);
+}
+
+/// ½ of the Laplacian, a linear form.
+Vec3 half_laplacian(const Cubic& f) {
+    return {3 * f[0] + f[5] + f[7], 3 * f[1] + f[3] + f[8], 3 * f[2] + f[4] + f[6]};
+}
+
+Vec3 times(const std::array<Vec3, 3>& symmetric, const Vec3& v) {
+    return v.x * symmetric[0] + v.y * symmetric[1] + v.z * symmetric[2];
+}
+
+double frobenius(const std::array<Vec3, 3>& m) {
+    return std::sqrt(dot(m[0], m[0]) + dot(m[1], m[1]) + dot(m[2], m[2]));
 }
 
 /// A boundary point seen from the origin: α = y + i·z and σ = |v| + x, without cancellation.
@@ -184,21 +221,43 @@ std::uint32_t Filling::add_union(std::span<const std::uint32_t> roots) {
     return finish(node, {});
 }
 
+/// The moments of a triangle: of its quadratic forms in x the mean is that over the corners, with weight ¼, and
+/// the centroid, with weight ¾.
+Filling::Node Filling::triangle(std::span<const Vec3> corners) {
+    Node t;
+    t.centre = (1.0 / 3) * corners[0] + (1.0 / 3) * corners[1] + (1.0 / 3) * corners[2];
+    t.moment = 0.5 * cross(corners[1] - corners[0], corners[2] - corners[0]);
+    t.area = norm(t.moment);
+    for (const Vec3& v : corners) {
+        const Vec3 d = v - t.centre;
+        t.square += t.area / 12 * dot(d, d);
+        t.radius = std::max(t.radius, norm(d));
+        add_cubic(1.0 / 12, t.moment, d, d, t.second);
+    }
+    return t;
+}
+
+/// With a = a' + offset: the sums of n aᵀ and of (n·r)(a·r)².
+void Filling::add_moments(const Node& part, const Vec3& offset, Node& node) {
+    node.moment = node.moment + part.moment;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j)
+            node.first[std::size_t(i)][j] +=
+                part.first[std::size_t(i)][j] + 0.5 * (part.moment[i] * offset[j] + part.moment[j] * offset[i]);
+        Vec3 axis;
+        axis[i] = 1;
+        add_cubic(2, axis, part.first[std::size_t(i)], offset, node.second);
+    }
+    for (std::size_t i = 0; i < node.second.size(); ++i) node.second[i] += part.second[i];
+    add_cubic(1, part.moment, offset, offset, node.second);
+    node.square += part.square + part.area * dot(offset, offset);
+}
+
 /// Adds up the moments of the triangle, if there is one, and of the two parts.
 std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
     std::array<Node, 3> parts;
     int count = 0;
-    if (corners.size() == 3 && node.ends[0] != node.ends[1]) {
-        Node& t = parts[std::size_t(count++)];
-        t.centre = (1.0 / 3) * corners[0] + (1.0 / 3) * corners[1] + (1.0 / 3) * corners[2];
-        t.moment = 0.5 * cross(corners[1] - corners[0], corners[2] - corners[0]);
-        t.area = norm(t.moment);
-        for (const Vec3& v : corners) {
-            const Vec3 d = v - t.centre;
-            t.second += t.area / 12 * dot(d, d);
-            t.radius = std::max(t.radius, norm(d));
-        }
-    }
+    if (corners.size() == 3 && node.ends[0] != node.ends[1]) parts[std::size_t(count++)] = triangle(corners);
     if (node.left != none) parts[std::size_t(count++)] = nodes_[node.left];
     if (node.right != none) parts[std::size_t(count++)] = nodes_[node.right];
 
@@ -210,22 +269,15 @@ std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
     for (int i = 0; i < count; ++i) {
         const Node& part = parts[std::size_t(i)];
         const Vec3 offset = part.centre - node.centre;
-        node.moment = node.moment + part.moment;
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) node.first[r][c] += part.first[r][c] + part.moment[r] * offset[c];
-        node.second += part.second + part.area * dot(offset, offset);
+        add_moments(part, offset, node);
         node.radius = std::max(node.radius, norm(offset) + part.radius);
     }
     for (const Vec3& v : corners) node.radius = std::max(node.radius, norm(v - node.centre));
-    double squared = 0;
-    for (const auto& row : node.first)
-        for (const double m : row) squared += m * m;
     // A centroid is off by some u of the coordinates: 64u covers the few roundings of each of up to 64 levels'
     // sums that reach it, each weighted by its area.
     const double off = 64 * unit_roundoff * reach_;
-    node.moment_norm = norm(node.moment) * outward;
-    node.first_norm = std::sqrt(squared) * outward + off * node.area;
-    node.second = node.second * outward + off * node.radius * node.area;
+    node.square = node.square * outward + off * node.radius * node.area;
+    node.linear = std::sqrt(node.square * node.area) * outward;
     node.radius = node.radius * outward + off;
     nodes_.push_back(node);
     return std::uint32_t(nodes_.size() - 1);
@@ -234,16 +286,18 @@ std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
 void Filling::clear(const Vec3& centre, double radius, Local& local) {
     local.centre_ = centre;
     local.gradient_ = {};
+    local.hessian_ = {};
     local.radius_ = radius;
-    local.value_ = local.error_ = local.variation_ = 0;
+    local.near_gradient_ = {};
+    local.value_ = local.error_ = local.bend_ = 0;
     local.clear_ = true;
     local.vertices_.clear();
     local.triangles_.clear();
 }
 
-void Filling::localise(const Vec3& centre, double radius, double opening, Local& local) const {
+void Filling::localise(const Vec3& centre, double radius, double tolerance, Local& local) const {
     clear(centre, radius, local);
-    if (root_ != none) collect(root_, none, none, opening, local);
+    if (root_ != none) collect(root_, none, none, tolerance, local);
 }
 
 void Filling::surround(const Vec3& centre, double radius, Surroundings& surroundings) const {
@@ -256,9 +310,9 @@ void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) con
     const Node& node = nodes_[index];
     Local& far = surroundings.far_;
     const double length = norm(node.centre - far.centre_), gap = length - far.radius_ - node.radius;
-    if (gap > least_opening * node.radius) {
-        const Far errors = far_errors(node, length, gap, far.radius_);
-        if (errors.error < small_common_error) return add_far(node, length, errors, far);
+    if (gap > least_gap * node.radius) {
+        const double error = far_error(node, length, gap, far.radius_);
+        if (error < small_common_error) return add_far(node, length, error, far);
     }
     if (node.middle != none || node.left == none) {
         surroundings.near_.push_back(index);
@@ -268,74 +322,128 @@ void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) con
     collect_loops(node.right, surroundings);
 }
 
-/// What the surroundings have in common is within its error of a linear function at all points: it varies by
-/// that function's slope, and by twice the error.
-void Filling::localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
+void Filling::localise(const Vec3& centre, double radius, double tolerance, const Surroundings& surroundings,
                        Local& local) const {
     clear(centre, radius, local);
     const Local& far = surroundings.far_;
-    local.value_ = far.value_ + dot(far.gradient_, centre - far.centre_);
-    local.gradient_ = far.gradient_;
-    local.error_ = far.error_ + 16 * unit_roundoff * (std::abs(far.value_) + norm(far.gradient_) * far.radius_);
-    local.variation_ = (norm(far.gradient_) * radius + 2 * local.error_) * outward;
-    for (const std::uint32_t index : surroundings.near_) collect(index, none, none, opening, local);
+    const Vec3 offset = centre - far.centre_;
+    local.value_ = far.far(offset);
+    local.gradient_ = far.gradient_ + times(far.hessian_, offset);
+    local.hessian_ = far.hessian_;
+    local.error_ = far.error_ + far.rounding();
+    for (const std::uint32_t index : surroundings.near_) collect(index, none, none, tolerance, local);
 }
 
-/// With K(y) = y/|y|³, whose derivatives are bounded by 2/|y|³ and 6/|y|⁴, the patch's solid angle is
-/// ∫ n·K(x − p) dA = N·K(c − p) + (first moment, at most √6 |first| / D³) + (rest, at most ½ 6 second / d⁴),
-/// with D = |c − p| and d = D − radius at most the distance from p to the patch. Over the ball, N·K changes
-/// from its tangent by at most ½ 6 |N| R² / D⁴.
-Filling::Far Filling::far_errors(const Node& node, double length, double distance, double ball) {
-    const double near = 1 / distance, far = 1 / (length - ball);
-    const double near2 = near * near, far2 = far * far;
-    const double error = 2.5 * node.first_norm * (far2 * far) + 3 * (node.second * near2) * near2 +
-                         (3 * ball * ball * far2 + 64 * unit_roundoff) * (node.moment_norm * far2);
-    return {error * outward / whole_sphere, 2 * node.area * ball * (near2 * near) * outward / whole_sphere};
+/// The patch's solid angle is ∫ n·K(r + u) dA, K(y) = y/|y|³, with r from the ball's centre to the patch's and
+/// u = a − b, b from the ball's centre to the point. Term k of the Taylor series about r is at most
+/// (k + 1) |u|ᵏ / |r|ᵏ⁺²; those of k ≥ 3 add up to at most |u|³/|r|⁵ (4 − 3t)/(1 − t)² for |u| ≤ t|r|, t < 1.
+/// And ∫ |u|³ ≤ ∫ (|a| + R)³. Rounding: the sums have below 2⁹ |n|/|r|² in all, of below 2⁵ roundings each;
+/// moments are off by those of their centres.
+double Filling::far_error(const Node& node, double length, double gap, double ball) const {
+    const double inverse = 1 / length, near = 1 / gap;
+    const double q = gap * inverse, over = length * near;  // 1 − t
+    const double inverse2 = inverse * inverse;
+    const double cubes =
+        (node.radius + 3 * ball) * node.square + ball * ball * (3 * node.linear + ball * node.area);
+    const double series = (1 + 3 * q) * (over * over) * (inverse2 * inverse2 * inverse) * cubes;
+    const double rounding = node.area * (0x1p-38 * inverse2 + 0x1p-43 * reach_ * (near * near) * near);
+    return (series + rounding) * outward / whole_sphere;
 }
 
-void Filling::add_far(const Node& node, double length, const Far& far, Local& local) const {
+/// K's derivatives at r are A = 1/|r|³ − 3rrᵀ/|r|⁵ and B = 15rrr/|r|⁷ − 3(δr + rδ + …)/|r|⁵. Up to order two
+/// ∫ n·K(r + a − b) is N·K + first:A + ½ second:B − (AN + B:first)·b + ½ b·(BN)b.
+void Filling::add_far(const Node& node, double length, double error, Local& local) {
     const Vec3 r = node.centre - local.centre_;
-    const double inverse = 1 / length;
-    const double cube = inverse * inverse * inverse / whole_sphere;
+    const double inverse = 1 / length, inverse2 = inverse * inverse;
+    const double i3 = inverse * inverse2 / whole_sphere, i5 = i3 * inverse2, i7 = i5 * inverse2;
     const double normal = dot(node.moment, r);
-    local.value_ += normal * cube;
-    local.gradient_ = local.gradient_ + (3 * normal * cube * inverse * inverse) * r - cube * node.moment;
-    local.error_ += far.error;
-    local.variation_ += far.variation;
+    const Vec3 turned = times(node.first, r);
+    const double trace = node.first[0].x + node.first[1].y + node.first[2].z, form = dot(turned, r);
+    local.value_ += (normal + trace) * i3 - (3 * form + 1.5 * dot(half_laplacian(node.second), r)) * i5 +
+                    7.5 * cubic_at(node.second, r) * i7;
+    local.gradient_ = local.gradient_ + (3 * (normal + trace) * i5 - 15 * form * i7) * r - i3 * node.moment +
+                      (6 * i5) * turned;
+    for (int i = 0; i < 3; ++i) {
+        Vec3& row = local.hessian_[std::size_t(i)];
+        row = row + (15 * normal * i7 * r[i] - 3 * i5 * node.moment[i]) * r - (3 * i5 * r[i]) * node.moment;
+        row[i] -= 3 * normal * i5;
+    }
+    local.error_ += error;
+}
+
+/// An edge of what is near, `distance` from the ball. By Biot and Savart the gradient of a winding number is
+/// (1/4π) ∫ K(x − p) × dx along its boundary, for a segment from p + a to p + b
+/// (a × b) (|a| + |b|) / (|a||b| (|a||b| + a·b)). With the bounds on K and K' it is at most
+/// min(length / d², 2 / d), and its own derivative is at most min(2 length / d³, 4 / d²).
+void Filling::add_edge(const Node& node, double distance, Local& local) const {
+    if (!(distance > 0)) {
+        local.bend_ = infinity;
+        return;
+    }
+    const double inverse = 1 / distance;
+    const double slope = std::min(node.chord * inverse, 2.0) * inverse * local.radius_;
+    const double bend = std::min(node.chord * inverse, 2.0) * inverse * inverse * local.radius_ * local.radius_;
+    if (bend > slope) {
+        local.bend_ += slope * (outward / whole_sphere);
+        return;
+    }
+    const Vec3 a = surface_.vertices[node.ends[0]] - local.centre_,
+               b = surface_.vertices[node.ends[1]] - local.centre_;
+    const double la = norm(a), lb = norm(b), product = la * lb, sum = product + dot(a, b);
+    // The error of `sum` is below 8u of the product, and so is that of a × b, beside the length of which
+    // `sum` is at most 2|a||b|: where the edge is seen under almost half a turn, the bound takes over.
+    if (!(sum > 0x1p-20 * product)) {
+        local.bend_ += slope * (outward / whole_sphere);
+        return;
+    }
+    const double scale = (la + lb) / (product * sum * whole_sphere);
+    local.near_gradient_ = local.near_gradient_ + scale * cross(a, b);
+    local.bend_ += (bend + 64 * unit_roundoff * (product * local.radius_) * (la + lb) / (product * sum)) *
+                   (outward / whole_sphere);
+}
+
+/// What is far is within its error of a quadratic function; what is near differs from a linear one by its bend.
+double Filling::Local::variation() const {
+    const double bend = bend_ + 0.5 * frobenius(hessian_) * radius_ * radius_;
+    return (norm(gradient_ + near_gradient_) * radius_ + 2 * (error_ + rounding()) + bend) * outward;
+}
+
+double Filling::Local::far(const Vec3& offset) const {
+    return value_ + dot(gradient_ + 0.5 * times(hessian_, offset), offset);
+}
+
+double Filling::Local::rounding() const {
+    return 32 * unit_roundoff *
+           (std::abs(value_) + (norm(gradient_) + frobenius(hessian_) * radius_) * radius_);
 }
 
 /// \param first, last  the chord's ends among the near vertices; none: a loop, or several
-void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double tolerance,
                       Local& local) const {
     const Node& node = nodes_[index];
     const double length = norm(node.centre - local.centre_), gap = length - local.radius_ - node.radius;
     const bool leaf = node.left == none;
     bool far = leaf;
-    if (!leaf && gap > least_opening * node.radius) {
-        const Far errors = far_errors(node, length, gap, local.radius_);
-        // Loops that are small for their distance from each other are few dipoles long before that.
-        far = gap > opening * node.radius ||
-              (node.chord == 0 && (errors.error + errors.variation) * (opening * opening) < small_error);
-        if (far) add_far(node, length, errors, local);
+    if (!leaf && gap > least_gap * node.radius) {
+        const double error = far_error(node, length, gap, local.radius_);
+        far = error < tolerance;
+        if (far) add_far(node, length, error, local);
     }
     if (far) {
-        // Biot and Savart: the gradient of the winding number of what is bounded by a curve is at most the
-        // curve's length / (4π d²), d its distance; for a straight one also 2 / (4π d). What is near ends at
-        // the edges and at the chords of what is far.
-        if (node.chord > 0) {
-            const double d = leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
-                                                        surface_.vertices[node.ends[1]]) *
-                                            inward -
-                                        local.radius_
-                                  : gap;
-            const double slope = std::min(node.chord / d, 2.0) / d;
-            local.variation_ += d > 0 ? slope * local.radius_ * outward / whole_sphere : infinity;
-        }
+        // What is near ends at the edges and at the chords of what is far.
+        if (node.chord > 0 && local.radius_ > 0)
+            add_edge(node,
+                     leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
+                                                surface_.vertices[node.ends[1]]) *
+                                    inward -
+                                local.radius_
+                          : gap,
+                     local);
         return;
     }
     if (node.middle == none) {  // of several loops
-        collect(node.left, none, none, opening, local);
-        collect(node.right, none, none, opening, local);
+        collect(node.left, none, none, tolerance, local);
+        collect(node.right, none, none, tolerance, local);
         return;
     }
     const auto add_vertex = [&](std::uint32_t v) {
@@ -348,8 +456,8 @@ void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t la
         local.triangles_.push_back({first, middle, last});
         if (comes_near(node, gap, local)) local.clear_ = false;
     }
-    collect(node.left, first, middle, opening, local);
-    collect(node.right, middle, last, opening, local);
+    collect(node.left, first, middle, tolerance, local);
+    collect(node.right, middle, last, tolerance, local);
 }
 
 /// Whether the node's triangle may meet the ball: its plane does, and the sphere around the patch.
@@ -386,10 +494,10 @@ void Filling::Local::at(const Points& points, Estimates& out) {
     AngleSums<block> sums;
     double doubtful[block] = {};
     for (const Triangle& t : triangles_) add(seen_[t[0]], seen_[t[1]], seen_[t[2]], sums, doubtful);
-    const double rounding = 8 * unit_roundoff * (std::abs(value_) + norm(gradient_) * radius_);
+    const double rounding = this->rounding();
     for (int i = 0; i < block; ++i) {
         const Vec3 offset = Vec3{points.x[i], points.y[i], points.z[i]} - centre_;
-        out.value[i] = value_ + dot(gradient_, offset) + sums.sum(i) / (2 * std::numbers::pi);
+        out.value[i] = far(offset) + sums.sum(i) / (2 * std::numbers::pi);
         out.error[i] =
             error_ + rounding + doubtful[i] + sums.error(i, double(triangles_.size())) / (2 * std::numbers::pi);
     }
@@ -404,8 +512,8 @@ WindingEstimate Filling::Local::at(const Vec3& point) const {
     double doubtful = 0;
     for (const Triangle& t : triangles_)
         doubtful += add_half_solid_angle(sum, 0, sight(t[0]), sight(t[1]), sight(t[2]));
-    const double rounding = 8 * unit_roundoff * (std::abs(value_) + norm(gradient_) * radius_);
-    return {value_ + dot(gradient_, point - centre_) + sum.sum(0) / (2 * std::numbers::pi),
+    const double rounding = this->rounding();
+    return {far(point - centre_) + sum.sum(0) / (2 * std::numbers::pi),
             error_ + rounding + doubtful + sum.error(0, double(triangles_.size())) / (2 * std::numbers::pi)};
 }
 

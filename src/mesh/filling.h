@@ -34,7 +34,7 @@ public:
     const Mesh& surface() const { return surface_; }
 
     /// The winding number of F near a ball, ready for many of its points. Patches of F that are far from it
-    /// count as dipoles, expanded about the centre; the triangles of the others one by one.
+    /// are expanded about the centre to second order; the triangles of the others one by one.
     class Local {
     public:
         static constexpr int block = 28;  ///< points taken at once: a cube's 27
@@ -51,14 +51,20 @@ public:
         WindingEstimate at(const Vec3& point) const;
 
         /// |w(q) − w(centre)| for all points q of the ball, but for whole numbers where the way crosses F.
-        double variation() const { return variation_; }
+        double variation() const;
         /// Whether F stays away from the ball, so that variation() holds without exception.
         bool clear() const { return clear_; }
 
     private:
         friend class Filling;
+        double far(const Vec3& offset) const;
+        double rounding() const;
+        /// What is far, expanded about the centre: value_ + gradient_·b + ½ b·hessian_ b.
         Vec3 centre_, gradient_;
-        double radius_ = 0, value_ = 0, error_ = 0, variation_ = 0;
+        std::array<Vec3, 3> hessian_;
+        double radius_ = 0, value_ = 0, error_ = 0;
+        Vec3 near_gradient_;  ///< at the centre, of what is near
+        double bend_ = 0;     ///< what is near differs over the ball by at most this from its tangent
         bool clear_ = true;
         struct Seen {
             double x[block], y[block], z[block], length[block];
@@ -83,12 +89,12 @@ public:
     void surround(const Vec3& centre, double radius, Surroundings& surroundings) const;
 
     /// The same as below for points that are in the surroundings' ball, too.
-    void localise(const Vec3& centre, double radius, double opening, const Surroundings& surroundings,
+    void localise(const Vec3& centre, double radius, double tolerance, const Surroundings& surroundings,
                   Local& local) const;
 
-    /// \param opening  patches farther from the ball than this many of their radii are dipoles; > 0
+    /// \param opening  patches are expanded where the error of that is smaller than this; > 0
     /// \param local  receives the result; its memory is used again
-    void localise(const Vec3& centre, double radius, double opening, Local& local) const;
+    void localise(const Vec3& centre, double radius, double tolerance, Local& local) const;
 
     /// The boundary term of the antipodal method: the winding number of M at p is the signed crossings of M by
     /// the ray from p in direction −x (geometry/predicates.h), plus this. Like those, it is that of the
@@ -105,32 +111,31 @@ private:
     /// last point back to the first), of a loop, or of several loops.
     struct Node {
         Vec3 centre;
-        double radius = 0;  ///< of a sphere about the centre that holds it
-        Vec3 moment;        ///< ∫ n dA
-        double moment_norm = 0;
-        double area = 0;                                   ///< ∫ dA
-        double first[3][3] = {};                           ///< ∫ n (x − centre)ᵀ dA
-        double first_norm = 0;                             ///< bound on its Frobenius norm
-        double second = 0;                                 ///< bound on ∫ |x − centre|² dA
-        double chord = 0;                                  ///< its length; 0: none
+        double radius = 0;                   ///< of a sphere about the centre that holds it
+        Vec3 moment;                         ///< ∫ n dA
+        double area = 0;                     ///< ∫ dA
+        std::array<Vec3, 3> first;           ///< ∫ n aᵀ dA made symmetric, a = x − centre
+        std::array<double, 10> second = {};  ///< ∫ (n·r)(a·r)² dA, coefficients of a cubic in r
+        double square = 0;                   ///< bound on ∫ |a|² dA
+        double linear = 0;                   ///< bound on ∫ |a| dA
+        double chord = 0;                    ///< its length; 0: none
         std::array<std::uint32_t, 2> ends = {none, none};  ///< of the chain; equal for a loop
         std::uint32_t middle = none;  ///< of the chain: the triangle is (ends[0], middle, ends[1])
         std::uint32_t left = none, right = none;
     };
     std::uint32_t add_chain(std::span<const std::uint32_t> chain);
     std::uint32_t add_union(std::span<const std::uint32_t> roots);
+    static Node triangle(std::span<const Vec3> corners);
+    static void add_moments(const Node& part, const Vec3& offset, Node& node);
     std::uint32_t finish(Node node, std::span<const Vec3> corners);
-    void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double opening,
+    void collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double tolerance,
                  Local& local) const;
     void collect_loops(std::uint32_t index, Surroundings& surroundings) const;
     static void clear(const Vec3& centre, double radius, Local& local);
     bool comes_near(const Node& node, double gap, const Local& local) const;
-    /// What a dipole may be off by over a ball, and how much it may change in it.
-    struct Far {
-        double error, variation;
-    };
-    static Far far_errors(const Node& node, double length, double distance, double ball);
-    void add_far(const Node& node, double length, const Far& far, Local& local) const;
+    double far_error(const Node& node, double length, double gap, double ball) const;
+    static void add_far(const Node& node, double length, double error, Local& local);
+    void add_edge(const Node& node, double distance, Local& local) const;
 
     Mesh surface_;
     std::vector<Node> nodes_;

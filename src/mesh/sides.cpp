@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t samples = 512;
 constexpr double clearly = 0.375;  // from 0 outside or 1 inside: at least 1/8 away from ½
-constexpr double opening = 12, precise_enough = 0.01;
+constexpr double tolerance = 0x1p-15, precise_enough = 0.01;
 
 /// A point of the mesh, but for rounding, and its triangle.
 struct SurfacePoint {
@@ -55,7 +55,7 @@ std::vector<SurfacePoint> spread_points(const Merged& mesh) {
 double filling_winding(const Filling& filling, const XRays& rays, const Vec3& p) {
     if (filling.empty()) return 0;
     Filling::Local local;
-    filling.localise(p, 0, opening, local);
+    filling.localise(p, 0, tolerance, local);
     const WindingEstimate w = local.at(p);
     if (w.error <= precise_enough) return w.value;
     return rays.crossings(p) - filling.boundary_term(p).value;

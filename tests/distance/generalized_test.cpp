@@ -165,8 +165,8 @@ TEST(Filling, EstimatesAreWithinTheirErrors) {
         for (int i = 0; i < 300; ++i) {
             const Vec3 centre = points.next();
             const double radius = points.size() * std::pow(2.0, -2 - i % 8);
-            const double opening = 0.5 + i % 7;
-            filling.localise(centre, radius, opening, local);
+            const double tolerance = std::pow(2.0, -5 - 2 * (i % 7));
+            filling.localise(centre, radius, tolerance, local);
             const double at_centre = solid_angle_winding(filling.surface(), centre);
             for (int j = 0; j < 8; ++j) {
                 Vec3 offset{points.unit(), points.unit(), points.unit()};
@@ -184,6 +184,40 @@ TEST(Filling, EstimatesAreWithinTheirErrors) {
         }
         EXPECT_GT(useful, 300) << name;
     }
+}
+
+/// Many small loops, most of which are far from any ball.
+TEST(Filling, SurroundingsAreWithinTheirErrors) {
+    const Mesh mesh = without(zoo::sphere({0, 0, 0}, 1, 4), 7, 3);
+    const Filling filling(mesh);
+    ASSERT_GT(filling.loops(), 200u);
+    Points points(mesh);
+    Filling::Surroundings surroundings;
+    Filling::Local local;
+    double worst = 0, least = 1;
+    for (int i = 0; i < 200; ++i) {
+        const Vec3 around = points.next();
+        const double large = points.size() * std::pow(2.0, -3 - i % 6);
+        filling.surround(around, large, surroundings);
+        Vec3 offset{points.unit(), points.unit(), points.unit()};
+        const double radius = large / 4;
+        const Vec3 centre = around + ((large - radius) / std::max(norm(offset), 1.0)) * offset;
+        filling.localise(centre, radius, std::pow(2.0, -6 - 3 * (i % 5)), surroundings, local);
+        const double at_centre = solid_angle_winding(filling.surface(), centre);
+        for (int j = 0; j < 8; ++j) {
+            offset = {points.unit(), points.unit(), points.unit()};
+            const Vec3 p = centre + (radius / std::max(norm(offset), 1.0)) * offset;
+            const double w = solid_angle_winding(filling.surface(), p);
+            const WindingEstimate estimate = local.at(p);
+            ASSERT_LE(std::abs(estimate.value - w), estimate.error + 1e-15) << "radius " << radius;
+            const double change = w - at_centre;
+            ASSERT_LE(std::abs(change - std::round(change)), local.variation() + 1e-14) << "radius " << radius;
+            worst = std::max(worst, std::abs(estimate.value - w));
+            least = std::min(least, estimate.error);
+        }
+    }
+    EXPECT_GT(worst, 1e-9);  // or nothing was expanded
+    EXPECT_LT(least, 1e-2);
 }
 
 struct Setting {
