@@ -100,9 +100,12 @@ MeshAttributes MeshBuilder::take_attributes() {
     byte_colours |= text_colours_ && std::any_of(read.begin(), read.end(), [](const Colour& c) {
                         return *std::max_element(c.begin(), c.end()) > 1;
                     });
-    for (Colour& c : colours.values())
+    for (Colour& c : colours.values()) {
+        const bool has_alpha = !text_colours_ || c[3] != opaque;
         for (float& x : c)
             x = std::clamp(text_colours_ && byte_colours ? float(double{x} / 255) : x, 0.0F, 1.0F);
+        if (!has_alpha) c[3] = 1;
+    }
     const auto warn_replaced = [&](std::uint64_t count, std::string_view what) {
         if (count > 0) warn(fmt::format("{} {} missing or not finite: replaced by a default", count, what));
     };

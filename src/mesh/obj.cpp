@@ -34,7 +34,7 @@ void read_vertex(Text& text, MeshBuilder& mesh) {
     }
     mesh.add_vertex(position);
     if (!mesh.wants_attributes()) return;
-    std::array<double, 4> rest{0, 0, 0, 1};
+    std::array<double, 4> rest{0, 0, 0, MeshBuilder::opaque};
     const std::size_t count = read_numbers(text, rest);
     if (count < 3) return;
     mesh.set_text_colour(mesh.vertex_count() - 1,

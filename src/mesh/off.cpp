@@ -78,7 +78,7 @@ void read_attributes(Text& text, const Columns& columns, MeshBuilder& mesh) {
     if (columns.normal) mesh.normals.set_vertex(vertex, {rest[0], rest[1], rest[2]}), at = 3;
     if (columns.colour) {
         mesh.set_text_colour(vertex, {float(rest[at]), float(rest[at + 1]), float(rest[at + 2]),
-                                      colour == 4 ? float(rest[at + 3]) : 1.0F});
+                                      colour == 4 ? float(rest[at + 3]) : MeshBuilder::opaque});
         at += colour;
     }
     if (columns.texture) mesh.texture.set_vertex(vertex, {rest[at], rest[at + 1]});

@@ -120,8 +120,10 @@ public:
     AttributeReader<TexturePoint> texture{{0, 0}};
     AttributeReader<Vec3> normals{{0, 0, 0}};
     bool byte_colours = false;
-    /// A colour in text: components in [0, 1], or, if any in the file is larger, in [0, 255].
+    /// A colour in text: components in [0, 1], or, if any in the file is larger, in [0, 255]. An alpha that the
+    /// file has not is `opaque`.
     void set_text_colour(std::uint64_t vertex, const Colour& colour);
+    static constexpr float opaque = -1;
     std::size_t corner_count() const { return corners_.size(); }                ///< of all faces
     std::size_t face_corners() const { return corners_.size() - face_begin_; }  ///< of the one being built
     void warn_not_carried(std::string_view what) { warn(std::string(what) + " are not read"); }

@@ -21,6 +21,9 @@ constexpr double slack = 1.0 / 20;
 /// less than the 42uS₀ that distance_roundings (docs/design/simplify.md) has for cuts.
 constexpr int most_halvings = 40;
 constexpr double distance_roundings = 256;
+/// Pieces for each triangle of M, on average, and in all besides: where the meshes nearly coincide a piece is
+/// decided only when it is as small as their distance, and the search is given up.
+constexpr std::uint64_t pieces_per_triangle = 8, pieces_besides = 20'000;
 
 /// A corner of a piece of M, and the triangle of N nearest to it.
 struct Corner {
@@ -42,17 +45,20 @@ public:
             for (const Vec3& v : mesh->vertices)
                 size = std::max({size, 2 * std::abs(v.x), 2 * std::abs(v.y), 2 * std::abs(v.z)});
         rounding_ = distance_roundings * unit_roundoff * size;
+        pieces_left_ = pieces_per_triangle * m.triangles.size() + pieces_besides;
         corners_.reserve(m.vertices.size());
         for (const Vec3& v : m.vertices) corners_.push_back(locate(v));
     }
 
     double lower() const { return lower_; }
+    bool given_up() const { return pieces_left_ == 0; }
     double upper() const { return allowed() + rounding_; }
 
     /// Makes upper() hold on a triangle of M.
     void add(const Triangle& t) {
         stack_.push_back({{corners_[t[0]], corners_[t[1]], corners_[t[2]]}});
-        while (!stack_.empty()) {
+        while (!stack_.empty() && pieces_left_ > 0) {
+            --pieces_left_;
             const Piece piece = stack_.back();
             stack_.pop_back();
             const double bound = bound_of(piece);
@@ -107,6 +113,7 @@ private:
     double lower_ = 0;      ///< distance of a point of M
     double undecided_ = 0;  ///< bound of pieces that were halved too often
     double rounding_ = 0;
+    std::uint64_t pieces_left_ = 0;
 };
 
 }  // namespace
@@ -119,7 +126,7 @@ double hausdorff_bound(const Mesh& m, const Mesh& n, double limit, const Progres
         const std::uint64_t end = std::min<std::uint64_t>(begin + step, m.triangles.size());
         for (std::uint64_t t = begin; t < end; ++t) {
             search.add(m.triangles[t]);
-            if (search.lower() > limit) return std::numeric_limits<double>::infinity();
+            if (search.lower() > limit || search.given_up()) return std::numeric_limits<double>::infinity();
         }
         stage.advance(end - begin);
     }
