@@ -78,8 +78,9 @@ Interval distance_bound(const QueryIndex& index, const Vec3& point) {
         lower = std::max(lower, distance - apart);
         upper = std::min(upper, distance + apart);
     }
-    // In cell widths: D(g) errs by 42u·R, less than the 4096u·R allowed here, p's lattice coordinates by 2u·(R + |u − in|) an axis, and |p − g|,
-    // sums and the product with w by a few roundings of at most 2R + |u − in| (docs/design/query.md).
+    // In cell widths: D(g) errs by 42u·R, less than the 4096u·R allowed here, p's lattice coordinates by 2u·(R
+    // + |u − in|) an axis, and |p − g|, sums and the product with w by a few roundings of at most 2R + |u − in|
+    // (docs/design/query.md).
     const double slack = 8192 * unit_roundoff * (index.cells + norm(u - in));
     return {index.width * std::max(lower - slack, 0.0), index.width * (upper + slack)};
 }
