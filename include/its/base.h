@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-/// Points, boxes, errors and progress: what every other header needs.
+/// Points, boxes, errors and progress: what every header needs. In all of them M is the surface of a mesh.
 namespace its {
 
-/// A point or vector; in mesh units unless said otherwise.
+/// A point or vector; in mesh units unless said otherwise. Axes are 0 x, 1 y, 2 z.
 struct Vec3 {
     double x = 0, y = 0, z = 0;
 

@@ -30,11 +30,13 @@ class ClosestPointTree;  // private to the library
 
 /// A search tree over a mesh's triangles; some 330 bytes a triangle, about a second per million triangles to
 /// build. Copies share the same data. All members may be called from any number of threads.
+/// A hierarchy of boxes, split by the surface area heuristic: docs/design/distance.md.
 ///
 /// Exact: the distance is that of the nearest of all triangles. Its error is at most 144u·R, u = 2⁻⁵³ and R
 /// the largest of the coordinates and of |query − M|; in all tests it is below 8u·R.
 class ClosestPoints {
 public:
+    /// Copies the mesh. \param threads  0: all
     /// \throws InputError (no triangles, non-finite coordinates, a size over 1e75, indices out of range)
     explicit ClosestPoints(const Mesh& mesh, int threads = 0);
 

@@ -9,7 +9,8 @@
 namespace its {
 
 /// Writes the shell to a temporary name beside `path`, then renames it: an existing file is replaced only by
-/// a complete one. The same shell gives the same bytes. \throws FileError.
+/// a complete one. The same shell gives the same bytes; docs/design/file-format.md specifies them.
+/// \throws FileError.
 void save(const ThinShell& shell, const std::filesystem::path& path);
 
 /// How much of a file is examined before load() returns. No file, damaged by accident or on purpose, makes any

@@ -29,8 +29,8 @@ struct Image {
 };
 
 /// f on a plane: diverging colours (blue inside, red outside), contours at ε₁, 0 and ε₂, the
-/// mesh's section in black, and a legend with values. \throws OptionError; InputError if `mesh` has no
-/// triangles, indices out of range or non-finite coordinates.
+/// mesh's section in black, and a legend with values beside the plot.
+/// \throws OptionError; InputError if `mesh` has no triangles, indices out of range or non-finite coordinates.
 Image slice(const ThinShell& shell, const SliceOptions& options = {});
 
 struct RenderOptions {

@@ -57,14 +57,16 @@ struct QueryIndex;  // private to the library
 /// predicates then may).
 class Query {
 public:
+    /// Makes the index.
     explicit Query(ThinShell shell);
 
     const ThinShell& shell() const { return shell_; }
 
-    /// The exact side, by the shell's sign rule: decided as if by exact arithmetic, without tolerance. Under
-    /// SignRule::winding: on_surface iff the point lies on a triangle, else inside iff its winding number is at
-    /// least 1. Under SignRule::unsigned_rule there is no inside: on_surface or outside. Under
-    /// SignRule::generalized, whose winding numbers are no integers: on_surface exactly, else by the sign of f.
+    /// The exact side, by the shell's sign rule: decided as if by exact arithmetic, without tolerance.
+    /// on_surface iff the point lies on a triangle; else, under SignRule::winding, inside iff its winding
+    /// number is at least 1; under SignRule::even_odd iff a ray from it to infinity crosses M an odd number of
+    /// times; under SignRule::unsigned_rule never; under SignRule::generalized, whose winding numbers are no
+    /// integers, where f is negative. Method: docs/design/query.md.
     /// \throws InputError if a coordinate is NaN or infinite
     Side classify(const Vec3& point) const;
 
@@ -87,12 +89,13 @@ public:
     /// points g around p, whose distances D(g) are exact up to a proven rounding, its sign by classify().
     /// Rounding is included. In the root cube no wider than the diagonal of the leaf cell.
     /// \throws InputError if a coordinate is NaN or infinite; OptionError if the shell was built with
-    ///         Solver::lscg, whose values are not exact distances
+    ///         Solver::lscg, whose values are not exact distances, or under SignRule::generalized, whose values
+    ///         beside a filled hole are less than the distance
     Interval signed_distance_bound(const Vec3& point) const;
 
-    // Batches: `out` must have as many elements as `points`, else OptionError. The results are those of the
-    // single calls, but a non-finite point is no error: it gets the code not_finite, or NaN.
-    // \throws OptionError, Cancelled
+    // Batches: out[i] for points[i]; the spans must be equally long and must not overlap. The results are those
+    // of the single calls, but a non-finite point is no error: it gets the code not_finite, or NaN.
+    // \throws OptionError (spans of different length, threads < 0; bounds: as the single call), Cancelled
 
     /// Codes of Side, and not_finite.
     void classify(std::span<const Vec3> points, std::span<std::int8_t> out,
@@ -103,14 +106,18 @@ public:
     /// Codes of Side, and not_finite.
     void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const ClosestSides& closest,
                         const BatchOptions& options = {}) const;
+    /// f in mesh units, or NaN.
     void value(std::span<const Vec3> points, std::span<double> out, const BatchOptions& options = {}) const;
+    /// ∇f, without unit, or NaN.
     void gradient(std::span<const Vec3> points, std::span<Vec3> out, const BatchOptions& options = {}) const;
+    /// Enclosures in mesh units, or NaN.
     void signed_distance_bound(std::span<const Vec3> points, std::span<Interval> out,
                                const BatchOptions& options = {}) const;
 
     /// Bytes of the index, beside those of the shell.
     std::uint64_t memory_bytes() const;
 
+    /// For the library and its benchmarks.
     const QueryIndex& index() const { return *index_; }
 
 private:

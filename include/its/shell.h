@@ -24,7 +24,7 @@ enum class Solver : std::uint8_t {
     lscg,    ///< the paper's least-squares conjugate gradients (Eigen); slow, for comparison
 };
 
-inline constexpr int max_depth = 16;
+inline constexpr int max_depth = 16;  ///< the largest depth K of a shell
 
 struct BuildOptions {
     /// K, in [0, max_depth]; the finest cell is s·2⁻ᴷ wide. Empty: chosen so that a surface cell holds
@@ -57,7 +57,7 @@ struct ShellInfo {
     std::uint64_t cells = 0;          ///< of all levels
     std::uint64_t memory_bytes = 0;   ///< of the shell without its copy of the mesh
     std::array<std::uint64_t, 2> input_hash = {};  ///< input_hash() of mesh and options; 0: not known
-    double thickness() const { return epsilon_outer - epsilon_inner; }
+    double thickness() const { return epsilon_outer - epsilon_inner; }  ///< ε₂ − ε₁
 };
 
 /// Wall-clock seconds of the stages of build(). Not part of the shell: files do not depend on it.
@@ -71,7 +71,7 @@ struct ShellData;  // the arrays behind a shell; private to the library
 /// An immutable shell; copies share the same data. All members may be called from any number of threads.
 class ThinShell {
 public:
-    explicit ThinShell(std::shared_ptr<const ShellData> data);
+    explicit ThinShell(std::shared_ptr<const ShellData> data);  ///< for the library: see build() and load()
 
     const ShellInfo& info() const;
     /// The mesh that the shell was built from; a copy that is made at the first call and shared by all copies
@@ -90,7 +90,7 @@ public:
     /// time, unless the shell was loaded from a file.
     std::uint64_t grid_points() const;
 
-    const ShellData& data() const { return *data_; }
+    const ShellData& data() const { return *data_; }  ///< for the library
 
 private:
     struct Lazy;
@@ -99,7 +99,7 @@ private:
     std::shared_ptr<Lazy> lazy_;
 };
 
-/// Builds the shell of any mesh.
+/// Builds the shell of any mesh, which it copies. Method and departures from the paper: docs/design/README.md.
 /// \param times  if not null, receives the seconds each stage took.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, too far from the origin
 ///         for its size), OptionError, MemoryError (names the largest depth that fits), Cancelled.
@@ -111,7 +111,7 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options = {}, BuildTimes* 
 std::array<std::uint64_t, 2> input_hash(const Mesh& mesh, const BuildOptions& options = {});
 
 /// Bytes that build() would take at its peak for this mesh and depth: an estimate from the mesh's area that
-/// is checked again, exactly, once the finest cells are counted.
+/// is checked again, exactly, once the finest cells are counted. The mesh must be one that build() takes.
 std::uint64_t estimate_memory(const Mesh& mesh, int depth);
 
 }  // namespace its

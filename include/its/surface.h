@@ -63,8 +63,9 @@ struct Surface {
     SurfaceReport report;
 };
 
-/// The level set of f. Without inside (sign rule unsigned) the outer surface runs around both sides of M, and
-/// the others are empty.
+/// The level set of f, by marching cubes with the asymptotic decider (Nielson and Hamann 1991) and embedded
+/// fans (docs/design/surface.md). Without inside (sign rule unsigned) the outer surface runs around both sides
+/// of M, and the others are empty.
 /// \throws OptionError (resolution or threads out of range, level not finite, or a level set that leaves the
 ///         root cube), MemoryError, Cancelled.
 Surface extract_surface(const ThinShell& shell, const SurfaceOptions& options = {});

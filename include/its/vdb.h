@@ -18,8 +18,8 @@ bool has_vdb();
 
 /// Writes f as one float grid "f" to a .vdb file, under a temporary name that is then renamed. Voxels are the
 /// points of the finest lattice, values in mesh units; all with |f| < half_width cells are active, the others
-/// have ± that as background. A grid of class "level set" where f has an inside; metadata has epsilon_inner,
-/// epsilon_outer, depth and sign.
+/// have ± that as background. Class "level set" where f has an inside; else all values are positive. Metadata
+/// has epsilon_inner, epsilon_outer, depth and sign.
 /// \throws OptionError (built without OpenVDB, or options out of range), FileError, Cancelled.
 void write_vdb(const ThinShell& shell, const std::filesystem::path& path, const VdbOptions& options = {});
 

@@ -31,12 +31,13 @@ struct VerifyReport {
     std::vector<VerifyCheck> checks;
     double sampled_min = 0, sampled_max = 0;  ///< of f over all samples, mesh units
     double proven_min = 0, proven_max = 0;    ///< of f over M, by interval subdivision; mesh units
-    bool passed() const;
+    bool passed() const;                      ///< all checks
 };
 
 /// Checks G1 (containment: samples on M and a proof by interval subdivision), G2 (tightness) and the signs
 /// of grid points (G3). `mesh` should be the mesh that the shell was built from.
-/// \throws InputError if the mesh does not fit into the shell's root cube; Cancelled.
+/// \throws InputError (no triangles, non-finite coordinates, indices out of range, a mesh that does not fit the
+///         shell's root cube), Cancelled.
 VerifyReport verify(const ThinShell& shell, const Mesh& mesh, const VerifyOptions& options = {});
 
 }  // namespace its

@@ -57,6 +57,10 @@ void require_distances(const ShellInfo& info) {
         throw OptionError(
             "signed_distance_bound: the shell was built with the solver lscg, whose grid values are not "
             "distances; build it with the direct solver");
+    if (info.sign == SignRule::generalized)
+        throw OptionError(
+            "signed_distance_bound: under the sign rule generalized grid values beside filled holes are less "
+            "than the distance; use closest points");
 }
 
 Interval distance_bound(const QueryIndex& index, const Vec3& point) {
@@ -78,8 +82,9 @@ Interval distance_bound(const QueryIndex& index, const Vec3& point) {
         lower = std::max(lower, distance - apart);
         upper = std::min(upper, distance + apart);
     }
-    // In cell widths: D(g) errs by 4096u·R, p's lattice coordinates by 2u·(R + |u − in|) an axis, and |p − g|,
-    // sums and the product with w by a few roundings of at most 2R + |u − in| (docs/design/query.md).
+    // In cell widths: D(g) errs by 42u·R, less than the 4096u·R allowed here, p's lattice coordinates by 2u·(R
+    // + |u − in|) an axis, and |p − g|, sums and the product with w by a few roundings of at most 2R + |u − in|
+    // (docs/design/query.md).
     const double slack = 8192 * unit_roundoff * (index.cells + norm(u - in));
     return {index.width * std::max(lower - slack, 0.0), index.width * (upper + slack)};
 }

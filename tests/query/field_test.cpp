@@ -121,6 +121,12 @@ TEST(QueryField, DistanceBoundsNeedTheDirectSolver) {
     std::vector<Vec3> points(1);
     std::vector<Interval> out(1);
     EXPECT_THROW(query.signed_distance_bound(points, out), OptionError);
+    // Nor a rule under which values beside a filled hole are no distances.
+    Mesh open = zoo::box({0, 0, 0}, {1, 1, 1});
+    open.triangles.pop_back();
+    const Query filled(build(open, {.depth = 3}));
+    ASSERT_EQ(filled.shell().info().sign, SignRule::generalized);
+    EXPECT_THROW(static_cast<void>(filled.signed_distance_bound({0, 0, 0})), OptionError);
 }
 
 TEST(QueryBatch, EqualsSingleCallsBitByBitForAnyThreads) {
