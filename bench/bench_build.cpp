@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
-#include <iostream>
 
 #include "its/shell.h"
+#include "main.h"
 #ifdef ITS_BENCH_OPENVDB
 #include "peer_openvdb.h"
 #endif
@@ -133,10 +133,7 @@ int run(int argc, char** argv) {
 }  // namespace its::bench
 
 int main(int argc, char** argv) {
-    try {
-        return its::bench::run(argc, argv);
-    } catch (const std::exception& e) {
-        std::cerr << "bench_build: " << e.what() << '\n';
-        return 2;
-    }
+    return its::bench::guarded(argc, argv,
+                               "bench_build MESH[:LOW-HIGH]... [--threads=N] [Google Benchmark's options]",
+                               its::bench::run);
 }

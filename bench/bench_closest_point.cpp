@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "its/distance.h"
+#include "main.h"
 #include "peer_closest_point.h"
 
 namespace its::bench {
@@ -160,22 +161,25 @@ void compare(const std::string& path, std::size_t count) {
 }
 
 }  // namespace
-}  // namespace its::bench
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
     std::size_t count = 100'000;
     std::vector<std::string> meshes;
     for (int i = 1; i < argc; ++i) {
-        const std::string_view word = argv[i];
+        const std::string word = argv[i];
         if (word.starts_with("--points="))
-            count = std::strtoull(argv[i] + word.find('=') + 1, nullptr, 10);
+            count = std::stoull(word.substr(word.find('=') + 1));
+        else if (word.starts_with("--"))
+            refuse(word);
         else
-            meshes.emplace_back(word);
+            meshes.push_back(word);
     }
-    if (meshes.empty() || count == 0) {
-        fmt::print(stderr, "usage: bench_closest_point MESH... [--points=N]\n");
-        return 2;
-    }
-    for (const std::string& mesh : meshes) its::bench::compare(mesh, count);
+    if (meshes.empty() || count == 0) throw OptionError("at least one mesh and one point are needed");
+    for (const std::string& mesh : meshes) compare(mesh, count);
     return 0;
+}
+
+}  // namespace its::bench
+
+int main(int argc, char** argv) {
+    return its::bench::guarded(argc, argv, "bench_closest_point MESH... [--points=N]", its::bench::run);
 }

@@ -11,6 +11,7 @@
 
 #include "its/io.h"
 #include "its/query.h"
+#include "main.h"
 
 namespace its::bench {
 namespace {
@@ -37,10 +38,6 @@ void measure(const char* name, const std::filesystem::path& path, const LoadOpti
 }
 
 int run(int argc, char** argv) {
-    if (argc < 2) {
-        fmt::print(stderr, "usage: bench_load SHELL.its [ROUNDS]\n");
-        return 2;
-    }
     fmt::print("{} bytes; milliseconds\n{:<22}{:>10}{:>10}{:>12}   side of the centre\n",
                std::filesystem::file_size(argv[1]), "", "load", "index", "first query");
     for (int rounds = argc > 2 ? std::atoi(argv[2]) : 3; rounds > 0; --rounds) {
@@ -55,10 +52,5 @@ int run(int argc, char** argv) {
 }  // namespace its::bench
 
 int main(int argc, char** argv) {
-    try {
-        return its::bench::run(argc, argv);
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "{}\n", error.what());
-        return 2;
-    }
+    return its::bench::guarded(argc, argv, "bench_load SHELL.its [ROUNDS]", its::bench::run);
 }

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <random>
@@ -20,6 +19,7 @@
 #include "its/distance.h"
 #include "its/query.h"
 #include "its/shell.h"
+#include "main.h"
 #include "query/decide.h"
 #ifdef ITS_BENCH_PEERS
 #include "peer_inside.h"
@@ -56,6 +56,8 @@ Options parse(int argc, char** argv) {
             options.threads = numbers(value);
         else if (argument.starts_with("--peers="))
             options.peers = value != "0";
+        else if (argument.starts_with("--"))
+            refuse(argument);
         else
             options.mesh = argument;
     }
@@ -281,10 +283,8 @@ int run(int argc, char** argv) {
 }  // namespace its::bench
 
 int main(int argc, char** argv) {
-    try {
-        return its::bench::run(argc, argv);
-    } catch (const std::exception& e) {
-        std::cerr << "bench_query: " << e.what() << '\n';
-        return 2;
-    }
+    return its::bench::guarded(argc, argv,
+                               "bench_query MESH [--depths=6,7,8,9] [--boxes=1,10] [--threads=1,2] [--peers=0] "
+                               "[Google Benchmark's options]",
+                               its::bench::run);
 }

@@ -9,12 +9,12 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <iostream>
 #include <numeric>
 #include <random>
 #include <sstream>
 
 #include "its/shell.h"
+#include "main.h"
 
 namespace its::bench {
 namespace {
@@ -49,6 +49,8 @@ Options parse(int argc, char** argv) {
             options.cases = split(argument.substr(8));
         } else if (argument.starts_with("--save=")) {
             options.save = argument.substr(7);
+        } else if (argument.starts_with("--")) {
+            refuse(argument);
         } else {
             options.meshes.push_back(argument);
         }
@@ -194,10 +196,8 @@ int run(int argc, char** argv) {
 }  // namespace its::bench
 
 int main(int argc, char** argv) {
-    try {
-        return its::bench::run(argc, argv);
-    } catch (const std::exception& e) {
-        std::cerr << "bench_signs: " << e.what() << '\n';
-        return 2;
-    }
+    return its::bench::guarded(
+        argc, argv,
+        "bench_signs MESH... [--depths=7-9] [--threads=1,2] [--repeat=3] [--cases=NAME,...] [--save=FOLDER]",
+        its::bench::run);
 }

@@ -1,8 +1,9 @@
 // Simplification beside plain quadrics, CGAL and meshoptimizer, as Markdown tables.
 //
-//   bench_simplify [--no-peers] [--samples N] MESH:FACES[:DEPTH] …     to a number of faces; with a DEPTH the
-//   shell's ways bench_simplify --tolerance RELATIVE [--envelope] MESH …            within a distance, relative
-//   to the diagonal
+// To a number of faces, with a DEPTH also in the shell's ways:
+//   bench_simplify [--no-peers] [--samples N] MESH:FACES[:DEPTH] …
+// Within a distance, relative to the diagonal:
+//   bench_simplify --tolerance RELATIVE [--envelope] MESH …
 //
 // One thread; a time is that of one run, without reading, measuring and (for peers) conversion. Distances are
 // both ways, relative to the diagonal of the bounds, from N points each way (default 300,000) and the vertices.
@@ -11,7 +12,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -20,6 +20,7 @@
 #include "geometry/vec3.h"
 #include "its/distance.h"
 #include "its/simplify.h"
+#include "main.h"
 #include "peer_simplify.h"
 #include "simplify/intersections.h"
 
@@ -149,29 +150,33 @@ void within(const std::string& file, const Settings& settings) {
         table.peer("CGAL, polyhedral envelope", [&] { return bench::cgal_envelope(mesh, 4, tolerance); });
 }
 
+int run(int argc, char** argv) {
+    Settings settings;
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "--no-peers")
+            settings.peers = false;
+        else if (word == "--envelope")
+            settings.envelope = true;
+        else if (word == "--samples" && i + 1 < argc)
+            settings.samples = std::stoull(argv[++i]);
+        else if (word == "--tolerance" && i + 1 < argc)
+            settings.tolerance = std::stod(argv[++i]);
+        else if (word.starts_with("--"))
+            bench::refuse(word);
+        else if (settings.tolerance > 0)
+            within(word, settings);
+        else
+            to_faces(word, settings);
+    }
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    Settings settings;
-    try {
-        for (int i = 1; i < argc; ++i) {
-            const std::string word = argv[i];
-            if (word == "--no-peers")
-                settings.peers = false;
-            else if (word == "--envelope")
-                settings.envelope = true;
-            else if (word == "--samples" && i + 1 < argc)
-                settings.samples = std::stoull(argv[++i]);
-            else if (word == "--tolerance" && i + 1 < argc)
-                settings.tolerance = std::stod(argv[++i]);
-            else if (settings.tolerance > 0)
-                within(word, settings);
-            else
-                to_faces(word, settings);
-        }
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "bench_simplify: {}\n", error.what());
-        return 2;
-    }
-    return 0;
+    return its::bench::guarded(argc, argv,
+                               "bench_simplify [--no-peers] [--samples N] MESH:FACES[:DEPTH]... | "
+                               "bench_simplify --tolerance RELATIVE [--envelope] MESH...",
+                               run);
 }

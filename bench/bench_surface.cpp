@@ -9,11 +9,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <sstream>
 
 #include "its/distance.h"
 #include "its/surface.h"
+#include "main.h"
 #include "peer_surfaces.h"
 
 namespace its::bench {
@@ -43,6 +43,8 @@ Options parse(int argc, char** argv) {
             options.peers = false;
         } else if (argument == "--no-slow") {
             options.slow = false;
+        } else if (argument.starts_with("--")) {
+            refuse(argument);
         } else {
             options.mesh = argument;
         }
@@ -157,10 +159,7 @@ int run(int argc, char** argv) {
 }  // namespace its::bench
 
 int main(int argc, char** argv) {
-    try {
-        return its::bench::run(argc, argv);
-    } catch (const std::exception& e) {
-        std::cerr << "bench_surface: " << e.what() << '\n';
-        return 2;
-    }
+    return its::bench::guarded(
+        argc, argv, "bench_surface MESH [--depths=6-9] [--threads=1,2] [--repeat=3] [--no-peers] [--no-slow]",
+        its::bench::run);
 }

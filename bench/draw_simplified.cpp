@@ -6,8 +6,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdio>
-#include <exception>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -17,8 +15,10 @@
 #include "its/distance.h"
 #include "its/picture.h"
 #include "its/simplify.h"
+#include "main.h"
+#include "mesh/normals.h"
+#include "picture/camera.h"
 #include "picture/canvas.h"
-#include "picture/normals.h"
 #include "picture/text.h"
 #include "picture/tracer.h"
 
@@ -27,7 +27,8 @@ namespace {
 using namespace its;
 
 constexpr int width = 1600, panel_height = 720, foot = 130, samples = 64;
-constexpr double elevation = 14, distance = 4.2, crease = 40;  // degrees, units of the longest side
+constexpr double elevation = 14, crease = 40;  // degrees
+constexpr double margin = 0.08;
 constexpr Rgb mesh_paint = {216, 211, 202}, near_paint = {196, 206, 214}, warm_paint = {240, 190, 90},
               far_paint = {206, 60, 52}, ink = {30, 32, 36}, pale_ink = {100, 104, 112};
 
@@ -69,7 +70,7 @@ double distance_of(const Mesh& mesh, const Triangle& t, const ClosestPointTree& 
 Body make_body(Mesh mesh, double smooth_below, const Rgb& paint) {
     Body body{std::move(mesh), {}, {}, to_light(paint)};
     if (!body.mesh.triangles.empty()) body.bounds = bounds_of(body.mesh);
-    body.normals = shading_normals(body.mesh, smooth_below);
+    body.normals = vertex_normals(body.mesh.vertices, body.mesh.triangles, smooth_below);
     return body;
 }
 
@@ -83,25 +84,6 @@ std::vector<Body> by_distance(const Mesh& mesh, const Mesh& input, double bound)
     }
     return {make_body(parts[0], 0, near_paint), make_body(parts[1], 0, warm_paint),
             make_body(parts[2], 0, far_paint)};
-}
-
-Camera make_camera(const Mesh& mesh, double azimuth, const PixelRect& rect) {
-    const double a = azimuth * std::numbers::pi / 180, e = elevation * std::numbers::pi / 180;
-    Camera camera;
-    camera.forward = {-std::cos(a) * std::cos(e), -std::sin(a) * std::cos(e), -std::sin(e)};
-    camera.eye = -distance * camera.forward;
-    camera.right = {-std::sin(a), std::cos(a), 0};
-    camera.up = cross(camera.right, camera.forward);
-    Point2 low{1e30, 1e30}, high{-1e30, -1e30};
-    for (const Vec3& v : mesh.vertices) {
-        const Point2 p = camera.project(v);
-        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-    }
-    camera.pixel = 1.16 * std::max((high.x - low.x) / rect.width, (high.y - low.y) / rect.height);
-    camera.corner = {0.5 * (low.x + high.x - camera.pixel * rect.width),
-                     0.5 * (low.y + high.y + camera.pixel * rect.height)};
-    return camera;
 }
 
 struct Panel {
@@ -146,13 +128,15 @@ void draw(const std::string& path, std::uint64_t faces, const std::string& out, 
                 std::vector<std::uint8_t>(std::size_t(3) * width * (panel_height + foot), 255)};
     Typesetter type;
     const double key = (azimuth - 50) * std::numbers::pi / 180, tangent = 1.3;
+    const Camera camera = orbit_camera(azimuth, elevation);
+    const Footprint print = footprint(camera, input);
     const Vec3 light = (1 / std::hypot(1, tangent)) * Vec3{std::cos(key), std::sin(key), tangent};
     for (int i = 0; i < 3; ++i) {
         const PixelRect rect{i * width / 3, 0, width / 3, panel_height};
         std::vector<Exhibit> exhibits;
         for (const Body& body : panels[i].bodies)
             if (!body.mesh.triangles.empty()) exhibits.push_back({&body, {}, {}});
-        draw_studio(image, rect, Studio(exhibits, light, box.min.z, 1.7), make_camera(input, azimuth, rect),
+        draw_studio(image, rect, Studio(exhibits, light, box.min.z, 1.7), fit(camera, print, rect, margin),
                     samples, {}, "draw");
         const double x = rect.x + 0.5 * rect.width;
         type.write(image, panels[i].title, {x, panel_height + 24.0}, 26, ink, Weight::medium, Align::centre);
@@ -163,18 +147,16 @@ void draw(const std::string& path, std::uint64_t faces, const std::string& out, 
     write_png(image, out);
 }
 
+int run(int argc, char** argv) {
+    if (argc < 4) throw OptionError("a mesh, a number of faces and a picture are needed");
+    const std::string up = argc > 4 ? argv[4] : "y";
+    if (up != "x" && up != "y" && up != "z") throw OptionError("UP must be x, y or z");
+    draw(argv[1], std::stoull(argv[2]), argv[3], up[0] - 'x', argc > 5 ? std::stod(argv[5]) : 30);
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 4) {
-        std::fputs("usage: draw_simplified MESH FACES OUT.png [UP [AZIMUTH]]\n", stderr);
-        return 2;
-    }
-    try {
-        const std::string up = argc > 4 ? argv[4] : "y";
-        draw(argv[1], std::stoull(argv[2]), argv[3], up[0] - 'x', argc > 5 ? std::stod(argv[5]) : 30);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "draw_simplified: error: %s\n", error.what());
-        return 2;
-    }
+    return its::bench::guarded(argc, argv, "draw_simplified MESH FACES OUT.png [UP [AZIMUTH]]", run);
 }

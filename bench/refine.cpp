@@ -7,6 +7,7 @@
 #include <string>
 
 #include "its/mesh.h"
+#include "main.h"
 
 namespace {
 
@@ -58,21 +59,18 @@ Mesh refined(const Mesh& mesh, std::mt19937_64& random) {
     return result;
 }
 
+int run(int argc, char** argv) {
+    if (argc < 4 || argc > 5) throw its::OptionError("a mesh, an output and a number of levels are needed");
+    std::mt19937_64 random(argc == 5 ? std::stoull(argv[4]) : 1);
+    Mesh mesh = its::read_mesh(argv[1]).mesh;
+    for (int level = std::stoi(argv[3]); level > 0; --level) mesh = refined(mesh, random);
+    its::write_mesh(mesh, argv[2]);
+    std::printf("%zu triangles\n", mesh.triangles.size());
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 4 || argc > 5) {
-        std::fprintf(stderr, "usage: refine MESH OUT LEVELS [SEED]\n");
-        return 2;
-    }
-    try {
-        std::mt19937_64 random(argc == 5 ? std::stoull(argv[4]) : 1);
-        Mesh mesh = its::read_mesh(argv[1]).mesh;
-        for (int level = std::stoi(argv[3]); level > 0; --level) mesh = refined(mesh, random);
-        its::write_mesh(mesh, argv[2]);
-        std::printf("%zu triangles\n", mesh.triangles.size());
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "refine: error: %s\n", error.what());
-        return 2;
-    }
+    return its::bench::guarded(argc, argv, "refine MESH OUT LEVELS [SEED]", run);
 }

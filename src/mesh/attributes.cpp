@@ -5,19 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
-#include <numeric>
 #include <string_view>
 #include <tuple>
 
 #include "geometry/vec3.h"
+#include "mesh/stars.h"
 
 namespace its {
 
 namespace {
-
-/// The cosine of the angle from which an edge looks sharp: 45°.
-constexpr double crease_cosine = std::numbers::sqrt2 / 2;
 
 template <class Array>
 bool is_finite(const Array& numbers) {
@@ -40,23 +36,6 @@ void check_values(const CornerValues<Value>& of, std::size_t triangles, std::str
                 throw InputError(
                     fmt::format("{}: triangle {} uses value {} of {}", what, t, value, of.values.size()));
 }
-
-/// The corners 3t + k at each vertex: corner[first[v] … first[v + 1]), ascending.
-struct Stars {
-    std::vector<std::uint64_t> first, corner;
-
-    Stars(std::span<const Triangle> triangles, std::size_t vertices)
-        : first(vertices + 1), corner(3 * triangles.size()) {
-        for (const Triangle& t : triangles)
-            for (const std::uint32_t v : t) ++first[v + std::size_t{1}];
-        std::partial_sum(first.begin(), first.end(), first.begin());
-        std::vector<std::uint64_t> next(first.begin(), first.end() - 1);
-        for (std::size_t c = 0; c < corner.size(); ++c) corner[next[triangles[c / 3][c % 3]]++] = c;
-    }
-    std::span<std::uint64_t> at(std::size_t v) {
-        return {corner.data() + first[v], std::size_t(first[v + 1] - first[v])};
-    }
-};
 
 template <class Value>
 int compare(const CornerValues<Value>& of, std::uint64_t a, std::uint64_t b) {
@@ -112,47 +91,6 @@ Wedges wedges_of(std::span<const Triangle> triangles, std::size_t vertices, cons
         wedges.first.insert(wedges.first.end(), first_of_group.begin(), first_of_group.end());
     }
     return wedges;
-}
-
-CornerValues<Vec3> vertex_normals(const Mesh& mesh, bool creases) {
-    std::vector<Vec3> unit(mesh.triangles.size());
-    for (std::size_t t = 0; t < unit.size(); ++t) {
-        const auto& [a, b, c] = mesh.triangles[t];
-        const Vec3 n = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
-        const double length = norm(n);
-        if (length > 0 && std::isfinite(length)) unit[t] = (1 / length) * n;
-    }
-    const auto angle = [&](std::uint64_t corner) {
-        const Triangle& t = mesh.triangles[corner / 3];
-        const Vec3& p = mesh.vertices[t[corner % 3]];
-        const Vec3 a = mesh.vertices[t[(corner % 3 + 1) % 3]] - p,
-                   b = mesh.vertices[t[(corner % 3 + 2) % 3]] - p;
-        return std::atan2(norm(cross(a, b)), dot(a, b));
-    };
-    CornerValues<Vec3> normals;
-    normals.corners.resize(mesh.triangles.size());
-    Stars stars(mesh.triangles, mesh.vertices.size());
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-        const std::span<const std::uint64_t> corners = stars.at(v);
-        const std::size_t begin = normals.values.size();
-        for (const std::uint64_t own : corners) {
-            if (creases || own == corners.front()) {
-                Vec3 sum;
-                for (const std::uint64_t c : corners)
-                    if (!creases || dot(unit[own / 3], unit[c / 3]) >= crease_cosine || c == own)
-                        sum = sum + angle(c) * unit[c / 3];
-                const double length = norm(sum);
-                const Vec3 normal = length > 0 ? (1 / length) * sum : Vec3{0, 0, 1};
-                const auto same =
-                    std::find(normals.values.begin() + std::ptrdiff_t(begin), normals.values.end(), normal);
-                normals.corners[own / 3][own % 3] = std::uint32_t(same - normals.values.begin());
-                if (same == normals.values.end()) normals.values.push_back(normal);
-            } else {
-                normals.corners[own / 3][own % 3] = std::uint32_t(begin);
-            }
-        }
-    }
-    return normals;
 }
 
 }  // namespace its

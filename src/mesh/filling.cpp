@@ -460,13 +460,16 @@ void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t la
     collect(node.right, middle, last, tolerance, local);
 }
 
-/// Whether the node's triangle may meet the ball: its plane does, and the sphere around the patch.
+/// Whether the node's triangle may meet the ball: its plane does, and the sphere around the patch. *Rounding:*
+/// a component of n is a difference of products of coordinates of b − a and c − a, so that n errs by less than
+/// 16u|b − a||c − a|, which for slivers is much beside |n|; n·d by that times |d|, and by 8u|n||d|. 64u covers
+/// both.
 bool Filling::comes_near(const Node& node, double gap, const Local& local) const {
     const Vec3 &a = surface_.vertices[node.ends[0]], &b = surface_.vertices[node.middle],
                &c = surface_.vertices[node.ends[1]];
-    const Vec3 n = cross(b - a, c - a);
-    const double slack = 64 * unit_roundoff * (norm(a - local.centre_) + node.radius);
-    return gap <= 0 && std::abs(dot(n, a - local.centre_)) <= (local.radius_ + slack) * norm(n);
+    const Vec3 n = cross(b - a, c - a), d = a - local.centre_;
+    const double slack = 64 * unit_roundoff * norm(b - a) * norm(c - a) * (norm(d) + local.radius_);
+    return gap <= 0 && std::abs(dot(n, d)) <= local.radius_ * norm(n) + slack;
 }
 
 ITS_CLONES void Filling::Local::see(const Vec3& vertex, const Points& points, Seen& seen) {

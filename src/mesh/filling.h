@@ -92,7 +92,8 @@ public:
     void localise(const Vec3& centre, double radius, double tolerance, const Surroundings& surroundings,
                   Local& local) const;
 
-    /// \param opening  patches are expanded where the error of that is smaller than this; > 0
+    /// \param radius  of the ball, ≥ 0
+    /// \param tolerance  patches are expanded where the error of that is smaller than this; > 0
     /// \param local  receives the result; its memory is used again
     void localise(const Vec3& centre, double radius, double tolerance, Local& local) const;
 

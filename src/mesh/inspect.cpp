@@ -189,16 +189,14 @@ void decide_even(const Merged& merged, const std::vector<bool>& degenerate, Insp
         report.sign = SignRule::winding;
         report.sign_reason =
             "closed, but not all triangles agree about the outside: those that do not are turned around, part "
-            "by "
-            "part, so that most of each part faces outward, and winding numbers are defined";
+            "by part, so that most of each part faces outward, and winding numbers are defined";
         report.sign_advice = "--sign even-odd for inside by counting crossings, without turning anything";
         return;
     }
     report.sign = SignRule::even_odd;
     report.sign_reason = fmt::format(
         "closed (every edge has an even number of triangles), but {}: inside is where a ray to infinity "
-        "crosses an "
-        "odd number of triangles",
+        "crosses an odd number of triangles",
         patches.orientable ? "the parts cannot be turned so that all agree" : "one-sided, like a Klein bottle");
 }
 
@@ -209,8 +207,7 @@ void decide_open(const Mesh& mesh, const Merged& merged, Inspection& out) {
     if (report.inconsistent_edges > 0) {
         report.sign_reason = fmt::format(
             "{} edges are not used equally often in both directions, and at {} two triangles disagree about "
-            "the "
-            "outside, so there is no inside",
+            "the outside, so there is no inside",
             report.unbalanced_edges, report.inconsistent_edges);
         report.sign_advice = "--sign generalized to take the directions of the triangles as they are";
         return;
@@ -219,8 +216,7 @@ void decide_open(const Mesh& mesh, const Merged& merged, Inspection& out) {
         report.separating = 0;
         report.sign_reason = fmt::format(
             "{} edges are not used equally often in both directions, more than half of what the triangles "
-            "have: a "
-            "soup, without inside",
+            "have: a soup, without inside",
             report.unbalanced_edges);
         report.sign_advice = "--sign generalized to fill the holes nevertheless";
         return;
@@ -233,8 +229,7 @@ void decide_open(const Mesh& mesh, const Merged& merged, Inspection& out) {
     if (report.separating < least_separating) {
         report.sign_reason = fmt::format(
             "{}, and only {:.0f} % of the area would separate inside from outside with the holes filled (50 % "
-            "is "
-            "asked for), so there is no inside",
+            "is asked for), so there is no inside",
             holes, percent(report.separating));
         report.sign_advice = "--sign generalized to fill the holes nevertheless";
         return;
@@ -242,8 +237,7 @@ void decide_open(const Mesh& mesh, const Merged& merged, Inspection& out) {
     report.sign = SignRule::generalized;
     report.sign_reason = fmt::format(
         "{}, but {:.0f} % of the area separates inside from outside with the holes filled (50 % is asked for), "
-        "so "
-        "generalized winding numbers fill them",
+        "so generalized winding numbers fill them",
         holes, percent(report.separating));
     report.sign_advice = "--sign unsigned for a shell around both sides, with the holes open";
     if (reversed) {

@@ -12,8 +12,8 @@
 #include "base/parallel.h"
 #include "its/picture.h"
 #include "its/surface.h"
+#include "mesh/normals.h"
 #include "picture/legend.h"
-#include "picture/normals.h"
 #include "picture/text.h"
 #include "picture/tracer.h"
 #include "shell/shell_data.h"
@@ -83,7 +83,7 @@ Body make_body(const Mesh& mesh, const Frame& frame, const Rgb& paint) {
     Body body{mesh, {}, {}, to_light(paint)};
     for (Vec3& v : body.mesh.vertices) v = frame.to_scene(v);
     if (!mesh.triangles.empty()) body.bounds = bounds(body.mesh);
-    body.normals = shading_normals(body.mesh, crease);
+    body.normals = vertex_normals(body.mesh.vertices, body.mesh.triangles, crease);
     return body;
 }
 
@@ -98,51 +98,6 @@ struct Model {
     bool has_inside() const { return shell.info().sign != SignRule::unsigned_rule; }
 };
 
-struct Extent {
-    double low = 1e30, high = -1e30;
-    void include(double v) { low = std::min(low, v), high = std::max(high, v); }
-};
-
-Extent extent_along(const Mesh& mesh, const Vec3& direction) {
-    Extent extent;
-    for (const Vec3& v : mesh.vertices) extent.include(dot(direction, v));
-    return extent;
-}
-
-Camera make_camera(const RenderOptions& options) {
-    const double a = radians(options.azimuth), e = radians(options.elevation);
-    constexpr double distance = 4.2;  // of s: a long lens
-    Camera camera;
-    camera.forward = {-std::cos(a) * std::cos(e), -std::sin(a) * std::cos(e), -std::sin(e)};
-    camera.eye = -distance * camera.forward;
-    camera.right = {-std::sin(a), std::cos(a), 0};
-    camera.up = cross(camera.right, camera.forward);
-    return camera;
-}
-
-/// What the camera sees of a body, in the plane at distance 1.
-struct Footprint {
-    Extent x, y;
-};
-
-Footprint footprint(const Camera& camera, const Mesh& mesh) {
-    Footprint f;
-    for (const Vec3& v : mesh.vertices) {
-        const Point2 p = camera.project(v);
-        f.x.include(p.x), f.y.include(p.y);
-    }
-    return f;
-}
-
-/// Fits a body into a rectangle, with a margin.
-Camera fit(Camera camera, const Footprint& f, const PixelRect& rect) {
-    camera.pixel = std::max((f.x.high - f.x.low) / rect.width, (f.y.high - f.y.low) / rect.height) *
-                   (1 + 2 * frame_margin);
-    camera.corner = {0.5 * (f.x.low + f.x.high - camera.pixel * rect.width),
-                     0.5 * (f.y.low + f.y.high + camera.pixel * rect.height)};
-    return camera;
-}
-
 /// Whether a point is in the solid mesh. f tells outside of the shell; within it, the side of the next
 /// triangle.
 bool inside_mesh(const Model& model, const RayScene& mesh, const Vec3& point, const Vec3& direction) {
@@ -151,7 +106,8 @@ bool inside_mesh(const Model& model, const RayScene& mesh, const Vec3& point, co
     if (f > info.epsilon_outer || !model.has_inside()) return false;
     if (f < info.epsilon_inner || info.sign != SignRule::winding) return f <= 0;
     const auto hit = mesh.nearest({point, direction});
-    return hit && dot(area_vector(model.mesh.mesh, model.mesh.mesh.triangles[hit->triangle]), direction) > 0;
+    return hit &&
+           dot(area_vector(model.mesh.mesh.vertices, model.mesh.mesh.triangles[hit->triangle]), direction) > 0;
 }
 
 /// The bodies, each cut a step further than the one in it.
@@ -290,7 +246,7 @@ Image draw(const Model& model, const RenderOptions& options) {
     Typesetter type;
     const Pen pen{image, type, std::max(width / 1000.0, min_unit)};
 
-    const Camera camera = make_camera(options);
+    const Camera camera = orbit_camera(options.azimuth, options.elevation);
     const Footprint print = footprint(camera, model.outer.mesh);
     const double floor = extent_along(model.outer.mesh, {0, 0, 1}).low;
     const double key = radians(options.azimuth - key_azimuth);
@@ -299,7 +255,7 @@ Image draw(const Model& model, const RenderOptions& options) {
         PixelRect rect = panel.rect;
         rect.height -= int(label_height * pen.unit);
         const Studio studio(panel.exhibits, key_light, floor, floor_reach);
-        Camera fitted = fit(camera, print, rect);
+        Camera fitted = fit(camera, print, rect, frame_margin);
         draw_studio(image, panel.title.empty() ? panel.rect : rect, studio, fitted, options.samples,
                     options.progress, "render");
         if (panel.title.empty()) {

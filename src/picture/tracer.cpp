@@ -97,17 +97,6 @@ private:
 
 }  // namespace
 
-Ray Camera::through(const Point2& at) const {
-    const double x = corner.x + at.x * pixel, y = corner.y - at.y * pixel;
-    return {eye, unit(forward + x * right + y * up)};
-}
-
-Point2 Camera::project(const Vec3& p) const {
-    const Vec3 v = p - eye;
-    const double depth = dot(v, forward);
-    return {dot(v, right) / depth, dot(v, up) / depth};
-}
-
 Studio::Studio(std::vector<Exhibit> exhibits, const Vec3& key_light, double floor, double reach)
     : exhibits_(std::move(exhibits)), key_light_(key_light), floor_(floor), reach_(reach) {
     std::tie(key_side_, key_up_) = across(key_light);
@@ -135,12 +124,12 @@ std::optional<double> Studio::cut_distance(const Exhibit& exhibit, const Ray& ra
 Studio::Surface Studio::shade_triangle(const Ray& ray, const RayHit& hit) const {
     const Body& body = *exhibits_[hit.body].body;
     const Triangle& t = body.mesh.triangles[hit.triangle];
-    const std::array<Vec3, 3>& n = body.normals[hit.triangle];
+    const auto normal_at = [&](std::size_t k) { return body.normals.at(hit.triangle, k); };
     const Vec3& a = body.mesh.vertices[t[0]];
     Vec3 facing = cross(body.mesh.vertices[t[1]] - a, body.mesh.vertices[t[2]] - a);
     const double area = norm(facing);
     facing = area > 0 ? (1 / area) * facing : -1 * ray.direction;
-    Vec3 normal = (1 - hit.u - hit.v) * n[0] + hit.u * n[1] + hit.v * n[2];
+    Vec3 normal = (1 - hit.u - hit.v) * normal_at(0) + hit.u * normal_at(1) + hit.v * normal_at(2);
     const double length = norm(normal);
     normal = length > 0.1 ? (1 / length) * normal : facing;
     if (dot(facing, ray.direction) > 0) facing = -1 * facing, normal = -1 * normal;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "its/shell.h"
+#include "picture/camera.h"
 #include "picture/canvas.h"
 #include "picture/colour.h"
 #include "picture/rays.h"
@@ -15,22 +16,11 @@
 /// upwards.
 namespace its {
 
-/// Looks along `forward`. In the plane at distance 1, a pixel is `pixel` wide and `corner` is the upper left
-/// corner of the picture.
-struct Camera {
-    Vec3 eye, right, up, forward;
-    Point2 corner;
-    double pixel = 1;
-
-    Ray through(const Point2& at) const;  ///< pixels, y downwards
-    Point2 project(const Vec3& p) const;  ///< onto the plane at distance 1; y upwards
-};
-
 /// A body of the scene, in the scene's coordinates.
 struct Body {
     Mesh mesh;
     Box bounds;
-    std::vector<std::array<Vec3, 3>> normals;  ///< at the triangles' corners
+    CornerValues<Vec3> normals;
     Light colour;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <vector>
 
 #include "base/parallel.h"
@@ -11,44 +10,26 @@
 #include "geometry/vec3.h"
 #include "its/query.h"
 #include "mesh/merged.h"
+#include "mesh/normals.h"
 #include "shell/shell_data.h"
 
 namespace its {
 
-namespace {
-
-Vec3 unit_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 n = cross(b - a, c - a);
-    const double length = norm(n);
-    return length > 0 ? (1 / length) * n : Vec3{};
-}
-
-/// The angle at a of triangle abc.
-double angle(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 u = b - a, v = c - a;
-    return std::atan2(norm(cross(u, v)), dot(u, v));
-}
-
-}  // namespace
-
 struct ClosestSides::Data {
-    explicit Data(const Mesh& source) : mesh(merge(source)), tree(mesh.points, mesh.triangles) {
-        normals.reserve(mesh.triangles.size());
-        at_vertex.resize(mesh.points.size());
-        at_edge.resize(mesh.triangles.size());
-        for (const Triangle& t : mesh.triangles) {
-            const Vec3 corners[3] = {mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]};
-            const Vec3 n = unit_normal(corners[0], corners[1], corners[2]);
-            normals.push_back(n);
-            for (int k = 0; k < 3; ++k)
-                at_vertex[t[k]] =
-                    at_vertex[t[k]] + angle(corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]) * n;
-        }
+    explicit Data(const Mesh& source)
+        : mesh(merge(source)),
+          tree(mesh.points, mesh.triangles),
+          at_vertex(vertex_normals(mesh.points, mesh.triangles)),
+          at_edge(mesh.triangles.size()) {
         for_edges(
             mesh, [&](std::size_t t) { return !repeats_corner(mesh.triangles[t]); },
             [&](std::uint32_t low, std::span<const EdgeUse> uses) {
                 Vec3 sum;
-                for (const EdgeUse& use : uses) sum = sum + normals[use.triangle];
+                for (const EdgeUse& use : uses) {
+                    const Vec3 n = area_vector(mesh.points, mesh.triangles[use.triangle]);
+                    const double length = norm(n);
+                    if (length > 0) sum = sum + (1 / length) * n;
+                }
                 for (const EdgeUse& use : uses) at_edge[use.triangle][opposite(use, low)] = sum;
             });
     }
@@ -69,18 +50,16 @@ struct ClosestSides::Data {
         if (zeros == 0) return Side(orient3d(a, b, c, p));
         const auto least = std::min_element(weight.begin(), weight.end()) - weight.begin();
         const auto most = std::max_element(weight.begin(), weight.end()) - weight.begin();
-        const Vec3& n =
-            zeros == 1 ? at_edge[nearest.triangle][std::size_t(least)] : at_vertex[t[std::size_t(most)]];
+        const Vec3& n = zeros == 1 ? at_edge[nearest.triangle][std::size_t(least)]
+                                   : at_vertex.at(nearest.triangle, std::size_t(most));
         const Vec3 foot = a + weight[1] * (b - a) + weight[2] * (c - a);
         return dot(p - foot, n) > 0 ? Side::outside : Side::inside;
     }
 
     Merged mesh;
     ClosestPointTree tree;
-    std::vector<Vec3> normals;  ///< of the triangles
-    std::vector<std::array<Vec3, 3>>
-        at_edge;                  ///< of each triangle, at the edge opposite of corner k; any length
-    std::vector<Vec3> at_vertex;  ///< any length
+    CornerValues<Vec3> at_vertex;
+    std::vector<std::array<Vec3, 3>> at_edge;  ///< of a triangle, opposite of each corner; of any length
 };
 
 ClosestSides::ClosestSides(const ThinShell& shell, int threads) {

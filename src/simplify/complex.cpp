@@ -6,16 +6,13 @@
 #include <stdexcept>
 
 #include "geometry/vec3.h"
+#include "mesh/merged.h"
 #include "mesh/points.h"
 #include "octree/morton.h"
 
 namespace its {
 
 namespace {
-
-bool has_double_corner(const Triangle& t) {
-    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
 
 /// The two other corners of triangle t, seen from v.
 std::array<std::uint32_t, 2> others(const Triangle& t, std::uint32_t v) {
@@ -138,7 +135,7 @@ Complex::Kind Complex::kind_of(std::uint32_t v, std::vector<std::array<std::uint
     links.clear();
     bool fixed = false;
     for_star(v, [&](std::uint32_t t, std::uint32_t) {
-        fixed |= has_double_corner(triangle_[t]);
+        fixed |= repeats_corner(triangle_[t]);
         links.push_back(others(triangle_[t], v));
     });
     if (fixed) return Kind::fixed;
@@ -272,7 +269,7 @@ bool Complex::can_merge(std::uint32_t u, std::uint32_t v, std::span<const std::u
     const auto bits = [&](std::uint32_t w) { return mark_[w] >= epoch_ ? mark_[w] - epoch_ : 0; };
     std::uint32_t common = 0;
     for (const std::uint32_t t : triangles) {
-        if (has_double_corner(triangle_[t])) return false;
+        if (repeats_corner(triangle_[t])) return false;
         for (const std::uint32_t w : triangle_[t]) {
             if (w == u || w == v) continue;
             const std::uint64_t before = bits(w);

@@ -12,10 +12,6 @@ constexpr std::size_t max_pieces = 96;   // of one triangle; a proof that needs 
 constexpr int max_halvings = 12;         // in search of a point near to two targets
 constexpr std::size_t block = 64;        // points measured between two looks at the result
 
-/// Absolute error of a computed distance, and of in-plane coordinates, in units of u × the size of all
-/// coordinates; derived in docs/design/simplify.md.
-constexpr double distance_roundings = 256;
-
 /// Squared distances of points to one target: the least so far, and the mask of the targets within the limit.
 ITS_CLONES void measure(const Frame& f, const EdgeTerms& e, const double* x, const double* y, const double* z,
                         std::size_t count, double limit2, std::uint64_t bit, double* least,

@@ -12,6 +12,10 @@
 /// A triangle in coordinates of its own plane, and distances to it.
 namespace its {
 
+/// A distance to a triangle, of a point of another one that was cut, errs by less than this many unit roundoffs
+/// of S₀, twice the largest coordinate. Derived in docs/design/simplify.md, "Rounding": below 191.
+inline constexpr double distance_roundings = 256;
+
 /// Triangle abc with a = (0, 0, 0), b = (bx, 0, 0), c = (cx, cy, 0) in the orthonormal frame (ex, ey, n) at a;
 /// ab is the longest edge, so that 0 ≤ cx ≤ bx and the frame is orthonormal, and c in its plane, up to a few
 /// roundings for any shape of triangle, a segment or a point included.

@@ -18,9 +18,8 @@ namespace {
 /// How far the bound may be above what is so.
 constexpr double slack = 1.0 / 20;
 /// A piece is halved no more often. A midpoint is off the edge by √3/2·uS₀, S₀ as below; 40 of them in a row by
-/// less than the 42uS₀ that distance_roundings (docs/design/simplify.md) has for cuts.
+/// less than the 42uS₀ that distance_roundings has for cuts.
 constexpr int most_halvings = 40;
-constexpr double distance_roundings = 256;
 /// Pieces for each triangle of M, on average, and in all besides: where the meshes nearly coincide a piece is
 /// decided only when it is as small as their distance, and the search is given up.
 constexpr std::uint64_t pieces_per_triangle = 8, pieces_besides = 20'000;

@@ -3,13 +3,18 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "geometry/vec3.h"
+#include "mesh/normals.h"
 #include "mesh/points.h"
 
 namespace its {
 
 namespace {
+
+/// Degrees from which an edge looks sharp.
+constexpr double crease = 45;
 
 /// Barycentric coordinates of the point of a triangle that is nearest to p, by the region of its plane that p
 /// is over (Ericson, Real-Time Collision Detection, 5.1.5).
@@ -131,7 +136,9 @@ AttributeTransfer::Place AttributeTransfer::place_of(std::uint32_t wedge, std::u
 MeshAttributes AttributeTransfer::attributes_of(const Complex& current, const Mesh& result) const {
     MeshAttributes attributes;
     attributes.byte_colours = attributes_.byte_colours;
-    if (!attributes_.normals.empty()) attributes.normals = vertex_normals(result, split_normals_);
+    if (!attributes_.normals.empty())
+        attributes.normals = vertex_normals(result.vertices, result.triangles,
+                                            split_normals_ ? std::optional(crease) : std::nullopt);
     if (wedges_.first.empty()) return attributes;
     const auto members = members_of(current);
     std::vector<std::uint32_t> number(wedges_.first.size(), no_index);

@@ -224,20 +224,6 @@ TEST(Attributes, ThatDoNotFitAreRefused) {
     refused([](MeshAttributes& a) { a.texture.values[0][1] = INFINITY; });
 }
 
-TEST(Attributes, NormalsDoNotDependOnHowFlatPartsAreCut) {
-    // A corner of the box has one, two or more triangles on a face.
-    const Mesh box = zoo::box({0, 0, 0}, {1, 1, 1});
-    const CornerValues<Vec3> smooth = vertex_normals(box, false), sharp = vertex_normals(box, true);
-    for (std::size_t t = 0; t < box.triangles.size(); ++t)
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 p = box.vertices[box.triangles[t][k]] - Vec3{0.5, 0.5, 0.5};
-            EXPECT_NEAR(norm(smooth.at(t, k) - (1 / norm(p)) * p), 0, 1e-15);
-            const auto& [a, b, c] = box.triangles[t];
-            const Vec3 face = cross(box.vertices[b] - box.vertices[a], box.vertices[c] - box.vertices[a]);
-            EXPECT_NEAR(norm(sharp.at(t, k) - face), 0, 1e-15);
-        }
-}
-
 /// What MeshFile promises.
 void expect_usable(const MeshFile& file) {
     check_attributes(file.mesh, file.attributes);

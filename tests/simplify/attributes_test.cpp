@@ -10,7 +10,7 @@
 #include "geometry/vec3.h"
 #include "its/distance.h"
 #include "its/simplify.h"
-#include "mesh/attributes.h"
+#include "mesh/normals.h"
 #include "simplify/complex.h"
 #include "simplify/transfer.h"
 #include "support/zoo.h"
@@ -196,7 +196,7 @@ TEST(SimplifyAttributes, ColoursThatJumpHaveSeamsToo) {
 TEST(SimplifyAttributes, NormalsAreThoseOfTheResult) {
     const Mesh ball = zoo::sphere({1, 2, 3}, 2, 3);
     MeshAttributes a;
-    a.normals = vertex_normals(ball, false);
+    a.normals = vertex_normals(ball.vertices, ball.triangles);
     const Simplified s = simplify(ball, a, {.faces = 200});
     ASSERT_EQ(s.attributes.normals.corners.size(), s.mesh.triangles.size());
     for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t)
