@@ -237,7 +237,7 @@ TEST(Text, Numbers) {
     EXPECT_EQ(number_text(-1.25e-7, 3), "−1.25·10⁻⁷");
     EXPECT_EQ(number_text(9.9999e9, 3), "1.00·10¹⁰");
     EXPECT_EQ(count_text(7), "7");
-    EXPECT_EQ(count_text(1234567), "1\u2009234\u2009567");
+    EXPECT_EQ(count_text(1234567), "1\u202f234\u202f567");
 }
 
 TEST(Text, IsSetWhereAsked) {

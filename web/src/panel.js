@@ -5,10 +5,9 @@ const names = { outer: 'Outer surface', mesh: 'Mesh', inner: 'Inner surface' };
 const initialOpacity = { outer: 0.3, mesh: 1, inner: 1 };
 const element = (id) => document.getElementById(id);
 
-/// The thin spaces in numbers do not break across lines.
 function make(tag, properties = {}, ...children) {
   const node = Object.assign(document.createElement(tag), properties);
-  node.append(...children.map((child) => typeof child === 'string' ? child.replaceAll('\u2009', '\u202f') : child));
+  node.append(...children);
   return node;
 }
 
