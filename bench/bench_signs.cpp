@@ -119,14 +119,16 @@ Mesh punctured(const Mesh& mesh, int count, std::size_t size) {
     return keep(mesh, removed);
 }
 
-/// What scanners in three directions see under less than some 80°: each triangle has its own limit.
-Mesh scanned(const Mesh& mesh) {
+/// What scanners in three directions see under less than some 80°. Where it is ragged, each triangle has its
+/// own limit.
+Mesh scanned(const Mesh& mesh, bool ragged) {
     const double third = 2 * std::acos(-1.0) / 3;
     std::mt19937_64 random(1);
     std::vector<bool> removed(mesh.triangles.size(), true);
     for (std::size_t t = 0; t < removed.size(); ++t) {
         const Vec3 n = area_vector(mesh, mesh.triangles[t]);
-        const double limit = (0.1 + 0.15 * double(random() >> 11) * 0x1p-53) * std::hypot(n.x, n.y, n.z);
+        const double part = ragged ? double(random() >> 11) * 0x1p-53 : 0.5;
+        const double limit = (0.1 + 0.15 * part) * std::hypot(n.x, n.y, n.z);
         for (int i = 0; i < 3; ++i)
             if (0.9 * (n.x * std::cos(i * third) + n.z * std::sin(i * third)) + 0.43 * n.y > limit)
                 removed[t] = false;
@@ -148,7 +150,8 @@ const std::vector<Case>& all_cases() {
         {"side50", [](const Mesh& m) { return cut(m, 0, 0.5); }},
         {"300", [](const Mesh& m) { return punctured(m, 300, 20); }},
         {"3000", [](const Mesh& m) { return punctured(m, 3000, 1); }},
-        {"scan", [](const Mesh& m) { return scanned(m); }},
+        {"scan", [](const Mesh& m) { return scanned(m, false); }},
+        {"ragged", [](const Mesh& m) { return scanned(m, true); }},
     };
     return cases;
 }

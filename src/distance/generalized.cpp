@@ -1,6 +1,7 @@
 #include "distance/generalized.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -11,23 +12,24 @@ namespace its {
 
 namespace {
 
-constexpr std::uint64_t cube_grain = 64;
+constexpr std::uint64_t cube_grain = 64, flip_grain = 4;
+/// As many make enough parts of work.
+constexpr std::size_t many_cubes = 256;
 
-/// Patches are expanded where each errs by less than this; measured, docs/design/signs.md.
-/// First a rough look, which is enough for most cubes.
-constexpr double rough_tolerance = 0x1p-6, tolerance = 0x1p-10;
-/// Cubes share the surroundings of the cube this many levels above.
-constexpr int common_levels = 2;
-/// Of the points of a group together, and of one point.
-constexpr double group_tolerance = 0x1p-13, point_tolerance = 0x1p-16;
+/// Parts of F are expanded for cubes where each errs by less than this; measured, docs/design/signs.md.
+constexpr double tolerance = 0x1p-11;
+/// Patches smaller than this part of a ball's radius are left whole until cubes are smaller.
+constexpr double whole_patch = 1;
+/// For points that these estimates leave open: a first try, and a second.
+constexpr double first_tolerance = 0x1p-14, second_tolerance = 0x1p-20;
 
 /// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
 /// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
 constexpr double decision_gap = 0x1p-20;
 
 /// Winding numbers from which the distance to where w = ½ is derived need no proof: an estimate is taken if its
-/// bound is this, a finer one, whose error is far below its bound as a rule, if it is that.
-constexpr double precise_enough = 0x1p-13, finer_enough = 0x1p-6;
+/// bound is this, since its error is far below.
+constexpr double precise_enough = 0x1p-4, precise_tolerance = 0x1p-13;
 
 /// With fewer edges their sum is cheaper than another estimate.
 constexpr std::uint64_t few_edges = 32;
@@ -46,56 +48,57 @@ struct GeneralizedSigns::Cube {
 };
 
 struct GeneralizedSigns::Scratch {
-    Filling::Local local, finer, finest;
-    Filling::Local::Points points;
-    Filling::Local::Estimates estimates, finer_estimates;
-    bool has_finer = false;
+    explicit Scratch(const GeneralizedSigns& signs)
+        : octants(std::size_t(signs.lattice_.depth) + 2, signs.space_),
+          code(octants.size(), ~std::uint64_t{0}) {}
 
-    Filling::Surroundings around;  ///< of the cube `ancestor`
-    int ancestor_level = -1;
-    std::uint64_t ancestor = 0;
+    std::vector<Octants> octants;     ///< by level of the cube that they halve
+    std::vector<std::uint64_t> code;  ///< which that is
+
+    Octants::Points points;  ///< of inside_points()
+    Octants::Estimates estimates;
+    std::int32_t of_mesh[group_points], of_filling[group_points];  ///< crossings before each
+    std::uint32_t within;                                          ///< those in the bounding box
 };
-
-/// The surroundings of the cube some levels above, found anew only when that changes.
-const Filling::Surroundings& GeneralizedSigns::surroundings(const Cube& cube, Scratch& scratch) const {
-    const int level = std::min(cube.level + common_levels, lattice_.depth + 1);
-    const std::uint64_t code = morton_encode(cube.at) >> 3 * (level - cube.level);
-    if (scratch.ancestor_level != level || scratch.ancestor != code) {
-        const Cube above{level, morton_decode(code)};
-        filling_.surround(centre(above), ball_radius(above), scratch.around);
-        scratch.ancestor_level = level;
-        scratch.ancestor = code;
-    }
-    return scratch.around;
-}
-
-double GeneralizedSigns::ball_radius(const Cube& cube) const {
-    return 0.8660254037844387 * 2 * double(cube.step()) * lattice_.width * (1 + 0x1p-40);
-}
 
 Vec3 GeneralizedSigns::centre(const Cube& cube) const {
     return lattice_.position(
         {cube.begin(0) + cube.step(), cube.begin(1) + cube.step(), cube.begin(2) + cube.step()});
 }
 
-/// A corner of a finest cell in which inside and outside meet, and how far it is from where they do.
-struct GeneralizedSigns::Near {
-    std::uint64_t point;  ///< Morton code
-    double distance;
+/// Of its 27 points.
+Vec3 GeneralizedSigns::position(const Cube& cube, int i) const {
+    return lattice_.position({cube.begin(0) + cube.step() * (i % 3), cube.begin(1) + cube.step() * (i / 3 % 3),
+                              cube.begin(2) + cube.step() * (i / 9)});
+}
 
-    friend auto operator<=>(const Near&, const Near&) = default;  // NOLINT(modernize-use-nullptr): its own
-};
-
-struct GeneralizedSigns::Judgement {
-    bool decided = false;  ///< inside is where the crossings of M + F are above `threshold`, in all of the cube
-    bool may_flip = false;  ///< two points of the cube with no triangle between them may be on different sides
-    std::int32_t threshold = 0;
-};
+/// The cubes that halve a cube of level ≥ 2, and above it all that hold it, found anew only where that changes.
+Octants& GeneralizedSigns::octants(const Cube& cube, Scratch& scratch) const {
+    const auto level = std::size_t(cube.level);
+    const std::uint64_t code = morton_encode(cube.at);
+    Octants& out = scratch.octants[level];
+    if (scratch.code[level] == code) return out;
+    const bool top = cube.level > lattice_.depth;
+    const Octants& from = top ? space_ : octants({cube.level + 1, morton_decode(code >> 3)}, scratch);
+    Octants::Cubes halves;
+    halves.half = 0.5 * double(cube.step()) * lattice_.width;
+    for (int i = 0; i < 8; ++i) {
+        const Vec3 c = centre({cube.level - 1, morton_decode(code << 3 | std::uint64_t(i))});
+        halves.x[i] = c.x;
+        halves.y[i] = c.y;
+        halves.z[i] = c.z;
+    }
+    out.narrow(from, top ? 0 : int(code & 7), halves, tolerance,
+               cube.level == 2 ? 0.0 : whole_patch * 2 * halves.half);
+    scratch.code[level] = code;
+    return out;
+}
 
 GeneralizedSigns::GeneralizedSigns(const Mesh& mesh, const Lattice& lattice, const Voxels& voxels,
                                    const Progress& progress)
     : lattice_(lattice),
       filling_(mesh),
+      space_(filling_),
       mesh_lines_(mesh, lattice, voxels, progress),
       filling_lines_(filling_.surface(), lattice, mesh_lines_, progress) {
     const Box box = bounds(mesh);
@@ -112,56 +115,46 @@ GeneralizedSigns::GeneralizedSigns(const Mesh& mesh, const Lattice& lattice, con
 /// between, is w(centre) ± variation. If that does not reach ½ modulo 1, no way changes sides. If moreover F
 /// stays away, w_F itself lies between two half-integers, k − ½ and k + ½, and W − w_F > ½ is W > k for whole
 /// W.
-GeneralizedSigns::Judgement GeneralizedSigns::judge(const Cube& cube, Scratch& scratch) const {
-    Judgement out;
+GeneralizedSigns::Judgement GeneralizedSigns::judge(const Octants& octants, int lane, const Cube& cube) const {
     bool within = true, apart = false;
     for (int axis = 0; axis < 3; ++axis) {
-        within = within && cube.begin(axis) >= first_[std::size_t(axis)] &&
-                 cube.end(axis) <= last_[std::size_t(axis)];
-        apart =
-            apart || cube.end(axis) < first_[std::size_t(axis)] || cube.begin(axis) > last_[std::size_t(axis)];
+        const std::int64_t first = first_[std::size_t(axis)], last = last_[std::size_t(axis)];
+        within = within && cube.begin(axis) >= first && cube.end(axis) <= last;
+        apart = apart || cube.end(axis) < first || cube.begin(axis) > last;
     }
     if (apart) return {.decided = true, .may_flip = false, .threshold = never};
-    const Vec3 centre = this->centre(cube);
-    const double radius = ball_radius(cube);
-    for (const double accuracy : {rough_tolerance, tolerance}) {
-        filling_.localise(centre, radius, accuracy, surroundings(cube, scratch), scratch.local);
-        const WindingEstimate w = scratch.local.at(centre);
-        const double spread = scratch.local.variation() + w.error + decision_gap;
-        const double off_half = std::abs(w.value - (std::floor(w.value) + 0.5));
-        out.may_flip = !(off_half > spread);
-        out.decided = !out.may_flip && scratch.local.clear();
-        out.threshold = std::int32_t(std::floor(w.value + 0.5));
-        // At the side of the bounding box inside ends, should it reach so far: there W = 0 beyond.
-        if (!within && (!scratch.local.clear() || w.value - spread < -0.5)) out.may_flip = true;
-        if (out.decided && !out.may_flip) break;
-        // Where what is near varies too much a closer look, whose estimates err less, is of no use.
-        if (cube.level > 1 && spread - 3 * w.error > off_half + w.error) break;
-    }
+    const double variation = octants.variation(lane);
+    if (!(variation < 0.5)) return {.decided = false, .may_flip = true, .threshold = 0};
+    const WindingEstimate w = octants.at_centre(lane);
+    const double spread = variation + w.error + decision_gap;
+    const bool clear = octants.clear(lane);
+    Judgement out;
+    out.may_flip = !(std::abs(w.value - (std::floor(w.value) + 0.5)) > spread);
+    out.decided = !out.may_flip && clear;
+    out.threshold = std::int32_t(std::floor(w.value + 0.5));
+    // At the side of the bounding box inside ends, should it reach so far: there W = 0 beyond.
+    if (!within && (!clear || w.value - spread < -0.5)) out.may_flip = true;
     return out;
 }
 
-/// Finer estimates of a group's points, made when the first of them asks.
-WindingEstimate GeneralizedSigns::finer_estimate(const Cube& cube, int i, Scratch& scratch) const {
-    if (!scratch.has_finer) {
-        filling_.localise(centre(cube), ball_radius(cube), group_tolerance, surroundings(cube, scratch),
-                          scratch.finer);
-        scratch.finer.at(scratch.points, scratch.finer_estimates);
-        scratch.has_finer = true;
-    }
-    return {scratch.finer_estimates.value[i], scratch.finer_estimates.error[i]};
+GeneralizedSigns::Judgements GeneralizedSigns::judge_halves(const Cube& cube, Scratch& scratch) const {
+    const Octants& halves = octants(cube, scratch);
+    const std::uint64_t code = morton_encode(cube.at);
+    Judgements out;
+    for (int i = 0; i < 8; ++i)
+        out[std::size_t(i)] = judge(halves, i, {cube.level - 1, morton_decode(code << 3 | std::uint64_t(i))});
+    return out;
 }
 
-WindingEstimate GeneralizedSigns::finest_estimate(const Vec3& p, Filling::Local& local) const {
-    filling_.localise(p, 0, point_tolerance, local);
-    return local.at(p);
-}
+namespace {
 
 /// Whether `estimate` tells on which side w = (crossings of M + F) − w_F is; `above` receives w − ½.
-bool GeneralizedSigns::settles(const WindingEstimate& estimate, std::int32_t crossings, double& above) {
+bool settles(const WindingEstimate& estimate, std::int32_t crossings, double& above) {
     above = crossings - estimate.value - 0.5;
     return std::abs(above) > estimate.error + decision_gap;
 }
+
+}  // namespace
 
 /// w > ½ for what no estimate decides; w = (crossings of M) + boundary term.
 bool GeneralizedSigns::decide_exactly(const Vec3& p, std::int32_t of_mesh) const {
@@ -169,8 +162,17 @@ bool GeneralizedSigns::decide_exactly(const Vec3& p, std::int32_t of_mesh) const
     return of_mesh + boundary.value - 0.5 > boundary.error;
 }
 
-/// Bit i is set if point i of the cube's 27 is in the bounding box and inside(i, its position, crossings of M
-/// and of F before it).
+/// The same for any point.
+bool GeneralizedSigns::decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling) const {
+    double above = 0;
+    if (filling_.edges() > few_edges &&
+        settles(filling_.winding(p, first_tolerance), of_mesh + of_filling, above))
+        return above > 0;
+    return decide_exactly(p, of_mesh);
+}
+
+/// Bit i is set if point i of the cube's 27 is in the bounding box, and inside(i, crossings of M and of F
+/// before it).
 template <class F>
 std::uint32_t GeneralizedSigns::select_points(const Cube& cube, F&& inside) const {
     std::uint32_t bits = 0;
@@ -190,38 +192,73 @@ std::uint32_t GeneralizedSigns::select_points(const Cube& cube, F&& inside) cons
     return bits;
 }
 
+/// Of a cube of level 1. Leaves estimates and crossings in `scratch`.
 std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch) const {
-    Filling::Local::Points& points = scratch.points;
-    for (int i = 0; i < Filling::Local::block; ++i) {
-        const int p = std::min(i, group_points - 1);
-        points.x[i] = lattice_.position(0, cube.begin(0) + cube.step() * (p % 3));
-        points.y[i] = lattice_.position(1, cube.begin(1) + cube.step() * (p / 3 % 3));
-        points.z[i] = lattice_.position(2, cube.begin(2) + cube.step() * (p / 9));
+    const std::uint64_t code = morton_encode(cube.at);
+    Octants::Points& points = scratch.points;
+    for (int i = 0; i < Octants::block; ++i) {
+        const Vec3 p = position(cube, std::min(i, group_points - 1));
+        points.x[i] = p.x;
+        points.y[i] = p.y;
+        points.z[i] = p.z;
     }
-    scratch.local.at(points, scratch.estimates);
-    scratch.has_finer = false;
-    const bool few = filling_.edges() <= few_edges;
-    return select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
-        const std::int32_t crossings = of_mesh + of_filling;
+    octants({cube.level + 1, morton_decode(code >> 3)}, scratch).at(int(code & 7), points, scratch.estimates);
+    scratch.within = 0;
+    std::uint32_t open = 0;
+    std::uint32_t bits = select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
+        scratch.within |= 1u << i;
+        scratch.of_mesh[i] = of_mesh;
+        scratch.of_filling[i] = of_filling;
         double above = 0;
-        if (settles({scratch.estimates.value[i], scratch.estimates.error[i]}, crossings, above))
-            return above > 0;
-        const Vec3 p{points.x[i], points.y[i], points.z[i]};
-        if (!few && (settles(finer_estimate(cube, i, scratch), crossings, above) ||
-                     settles(finest_estimate(p, scratch.finest), crossings, above)))
-            return above > 0;
-        return decide_exactly(p, of_mesh);
+        if (!settles({scratch.estimates.value[i], scratch.estimates.error[i]}, of_mesh + of_filling, above))
+            open |= 1u << i;
+        return above > 0;
     });
+    if (filling_.edges() > few_edges)
+        for (const double accuracy : {first_tolerance, second_tolerance}) settle(accuracy, open, bits, scratch);
+    for (int i = 0; i < group_points; ++i) {
+        if ((open >> i & 1) == 0) continue;
+        const bool inside = decide_exactly({points.x[i], points.y[i], points.z[i]}, scratch.of_mesh[i]);
+        bits = (bits & ~(1u << i)) | std::uint32_t(inside) << i;
+    }
+    return bits;
 }
 
-/// \return whether the cube is one of add_flip_cells(), and then which of its points are inside.
-bool GeneralizedSigns::recall(const Cube& cube, std::uint32_t& bits) const {
-    if (cube.level > 1) return false;
-    const std::uint64_t code = morton_encode(cube.at);
-    const auto it = std::lower_bound(known_cube_.begin(), known_cube_.end(), code);
-    if (it == known_cube_.end() || *it != code) return false;
-    bits = known_inside_[std::size_t(it - known_cube_.begin())];
-    return true;
+/// Estimates those of the points that are `open`, some at once, until they settle.
+void GeneralizedSigns::settle(double accuracy, std::uint32_t& open, std::uint32_t& bits,
+                              Scratch& scratch) const {
+    std::uint32_t left = 0;
+    while (open != 0) {
+        int which[Filling::block], count = 0;
+        for (; open != 0 && count < Filling::block; open &= open - 1) which[count++] = std::countr_zero(open);
+        Filling::Points points;
+        for (int j = 0; j < Filling::block; ++j) {
+            const int i = which[std::min(j, count - 1)];
+            points.x[j] = scratch.points.x[i];
+            points.y[j] = scratch.points.y[i];
+            points.z[j] = scratch.points.z[i];
+        }
+        Filling::Estimates estimates;
+        filling_.winding(points, accuracy, estimates);
+        for (int j = 0; j < count; ++j) {
+            const int i = which[j];
+            scratch.estimates.value[i] = estimates.value[j];
+            scratch.estimates.error[i] = estimates.error[j];
+            double above = 0;
+            if (!settles({estimates.value[j], estimates.error[j]}, scratch.of_mesh[i] + scratch.of_filling[i],
+                         above))
+                left |= 1u << i;
+            bits = (bits & ~(1u << i)) | std::uint32_t(above > 0) << i;
+        }
+    }
+    open = left;
+}
+
+/// The points of a cube, one by one.
+std::uint32_t GeneralizedSigns::single_points(const Cube& cube) const {
+    return select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
+        return decide(position(cube, i), of_mesh, of_filling);
+    });
 }
 
 /// The points that M + F winds around more than `threshold` times.
@@ -239,134 +276,152 @@ bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) co
     std::int32_t of_mesh[3], of_filling[3];
     mesh_lines_.winding(x, y, z, 1, of_mesh);
     filling_lines_.winding(x, y, z, 1, of_filling);
-    Scratch scratch;
-    const Vec3 p = lattice_.position(at);
-    double above = 0;
-    filling_.localise(p, 0, tolerance, scratch.local);
-    if (settles(scratch.local.at(p), of_mesh[0] + of_filling[0], above)) return above > 0;
-    return decide_exactly(p, of_mesh[0]);
+    return decide(lattice_.position(at), of_mesh[0], of_filling[0]);
 }
 
-/// The winding number of a point, precise enough to tell how far w = ½ is.
-double GeneralizedSigns::precise_winding(const Cube& cube, int i, std::int32_t of_mesh, std::int32_t of_filling,
-                                         Scratch& scratch) const {
-    if (scratch.estimates.error[i] <= precise_enough) return of_mesh + of_filling - scratch.estimates.value[i];
+/// The winding number of a point of inside_points(), precise enough to tell how far w = ½ is.
+double GeneralizedSigns::precise_winding(int i, const Scratch& scratch) const {
+    const std::int32_t crossings = scratch.of_mesh[i] + scratch.of_filling[i];
+    if (scratch.estimates.error[i] <= precise_enough) return crossings - scratch.estimates.value[i];
     const Vec3 p{scratch.points.x[i], scratch.points.y[i], scratch.points.z[i]};
-    if (filling_.edges() > few_edges) {
-        const WindingEstimate finer = finer_estimate(cube, i, scratch);
-        if (finer.error <= finer_enough) return of_mesh + of_filling - finer.value;
-        const WindingEstimate finest = finest_estimate(p, scratch.finest);
-        if (finest.error <= finer_enough) return of_mesh + of_filling - finest.value;
-    }
-    return of_mesh + filling_.boundary_term(p).value;
+    const WindingEstimate precise = filling_.winding(p, precise_tolerance);
+    if (precise.error <= precise_enough) return crossings - precise.value;
+    return scratch.of_mesh[i] + filling_.boundary_term(p).value;
 }
 
-/// Corners of the cube's finest cells that have both sides; `inside`: of inside_points(), which has left
-/// estimates in `scratch`. To first order w = ½ on a plane at |w − ½| / |∇w|, with the differences along the
-/// cell's edges as the gradient. Across a triangle w jumps by a whole number, across the rest of an edge it
-/// changes by less than ½.
+/// Corners of the cube's finest cells in which a way without a triangle changes sides: across a triangle w
+/// jumps by a whole number, along the rest of a cell's edge it changes by less than ½. `inside`: of
+/// inside_points(). To first order w = ½ on a plane at |w − ½| / |∇w|, with the differences along the cell's
+/// edges as the gradient.
 void GeneralizedSigns::find_near(const Cube& cube, std::uint32_t inside, Scratch& scratch,
-                                 std::vector<Near>& near) const {
+                                 std::vector<HolePoints::Point>& near) const {
     std::uint32_t corners[8] = {}, wanted = 0;
     for (int cell = 0; cell < 8; ++cell) {
         for (int c = 0; c < 8; ++c) corners[cell] |= 1u << group_point(cell, c);
         if ((inside & corners[cell]) != 0 && (~inside & corners[cell]) != 0) wanted |= corners[cell];
     }
-    if (wanted == 0) return;
+    wanted &= scratch.within;  // beyond the bounding box nothing is known
     double w[group_points];
-    std::uint32_t known = 0;  // what is not is beyond the bounding box
-    select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
-        if ((wanted >> i & 1) == 0) return false;
-        w[i] = precise_winding(cube, i, of_mesh, of_filling, scratch);
-        known |= 1u << i;
-        return false;
-    });
+    for (int p = 0; p < group_points; ++p)
+        if (wanted >> p & 1) w[p] = precise_winding(p, scratch);
+    double distance[group_points];
+    std::fill(std::begin(distance), std::end(distance), std::numeric_limits<double>::infinity());
     for (int cell = 0; cell < 8; ++cell) {
         if ((inside & corners[cell]) == 0 || (~inside & corners[cell]) == 0) continue;
+        double squares[8] = {};
+        bool hole = false;
+        for (int c = 0; c < 8; ++c)
+            for (const int axis : {1, 2, 4}) {
+                const int p = group_point(cell, c), q = group_point(cell, c ^ axis);
+                if ((wanted >> p & wanted >> q & 1) == 0) continue;
+                const double change = w[p] - w[q];
+                if (!(std::abs(change) < 0.5)) continue;
+                squares[c] += change * change;
+                hole = hole || ((inside >> p ^ inside >> q) & 1) != 0;
+            }
+        if (!hole) continue;
         for (int c = 0; c < 8; ++c) {
             const int p = group_point(cell, c);
-            if ((known >> p & 1) == 0) continue;
-            double squares = 0;
-            for (const int axis : {1, 2, 4}) {
-                const int q = group_point(cell, c ^ axis);
-                const double change = (known >> q & 1) != 0 ? w[p] - w[q] : 0.0;
-                if (std::abs(change) < 0.5) squares += change * change;
-            }
+            if ((wanted >> p & 1) == 0) continue;
             const double above = std::abs(w[p] - 0.5);
-            if (squares > 0 || above == 0)
-                near.push_back({morton_encode({std::uint32_t(cube.begin(0) + p % 3),
-                                               std::uint32_t(cube.begin(1) + p / 3 % 3),
-                                               std::uint32_t(cube.begin(2) + p / 9)}),
-                                above == 0 ? 0.0 : above / std::sqrt(squares)});
+            if (above == 0) distance[p] = 0;
+            if (squares[c] > 0) distance[p] = std::min(distance[p], above / std::sqrt(squares[c]));
         }
     }
+    for (int p = 0; p < group_points; ++p)
+        if (distance[p] < std::numeric_limits<double>::infinity())
+            near.push_back(
+                {morton_encode({std::uint32_t(cube.begin(0) + p % 3), std::uint32_t(cube.begin(1) + p / 3 % 3),
+                                std::uint32_t(cube.begin(2) + p / 9)}),
+                 distance[p]});
 }
 
-/// Keeps the least distance of each point.
-void GeneralizedSigns::remember(std::vector<Near>& near) {
-    std::sort(near.begin(), near.end());
-    for (const Near& n : near) {
-        if (!hole_point_.empty() && hole_point_.back() == n.point) continue;
-        hole_point_.push_back(n.point);
-        hole_distance_.push_back(n.distance);
-        hole_filter_[filter_place(n.point)] = true;
+struct GeneralizedSigns::Found {
+    std::vector<FlipCubes> flips;
+    std::vector<std::uint64_t> known_cube;
+    std::vector<std::uint32_t> known_inside;
+    std::vector<std::uint64_t> cells;
+    std::vector<HolePoints::Point> near;
+};
+
+/// A cube of level 1 in which sides may change.
+void GeneralizedSigns::visit_flip(const Cube& cube, Scratch& scratch, Found& found) const {
+    const std::uint64_t code = morton_encode(cube.at);
+    const bool top = cube.level > lattice_.depth;
+    const std::uint32_t bits = top ? single_points(cube) : inside_points(cube, scratch);
+    found.known_cube.push_back(code);
+    found.known_inside.push_back(bits);
+    if (!top) find_near(cube, bits, scratch, found.near);
+    for (int child = 0; child < 8; ++child) {
+        unsigned corners = 0;
+        for (int c = 0; c < 8; ++c) corners |= (bits >> group_point(child, c) & 1) << c;
+        if (corners != 0 && corners != 0xff) found.cells.push_back(code << 3 | std::uint64_t(child));
     }
 }
 
-std::size_t GeneralizedSigns::filter_place(std::uint64_t point) {
-    return std::size_t((point * 0x9e3779b97f4a7c15ull) >> (64 - filter_bits));
+/// A cube of level ≥ 2 in which sides may change, and those within it down to level `lowest`.
+void GeneralizedSigns::descend(const Cube& cube, int lowest, Scratch& scratch, Found& found) const {
+    if (cube.level == 1) return visit_flip(cube, scratch, found);
+    const std::uint64_t code = morton_encode(cube.at);
+    const Judgements halves = judge_halves(cube, scratch);
+    FlipCubes& flips = found.flips[std::size_t(cube.level)];
+    flips.cube.push_back(code);
+    flips.judged.push_back(halves);
+    for (std::uint64_t i = 0; i < 8 && cube.level > lowest; ++i)
+        if (halves[i].may_flip) descend({cube.level - 1, morton_decode(code << 3 | i)}, lowest, scratch, found);
 }
 
-/// The distance of a lattice point from where w = ½, in a cell that it is a corner of; infinity if it is of
-/// none.
-double GeneralizedSigns::hole_distance(std::uint64_t point) const {
-    if (!hole_filter_[filter_place(point)]) return std::numeric_limits<double>::infinity();
-    const auto it = std::lower_bound(hole_point_.begin(), hole_point_.end(), point);
-    if (it == hole_point_.end() || *it != point) return std::numeric_limits<double>::infinity();
-    return hole_distance_[std::size_t(it - hole_point_.begin())];
+namespace {
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
+/// From the root down: level by level while there are few cubes, then each cube's part of space by itself.
+void GeneralizedSigns::find_flips(std::vector<std::uint64_t>& cells, std::vector<HolePoints::Point>& near,
+                                  const Progress& progress) {
+    const int top = lattice_.depth + 1;
+    flips_.assign(std::size_t(top) + 1, {});
+    std::vector<std::uint64_t> cubes{0};
+    for (int level = top; level >= 1 && !cubes.empty(); --level) {
+        const bool last = level <= 2 || cubes.size() >= many_cubes;
+        Stage stage(progress, "signs, holes", cubes.size());
+        std::vector<Found> found(chunk_count(cubes.size(), flip_grain));
+        for_chunks(cubes.size(), flip_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            Scratch scratch(*this);
+            found[chunk].flips.resize(flips_.size());
+            for (std::uint64_t i = begin; i < end; ++i)
+                descend({level, morton_decode(cubes[i])}, last ? 1 : level, scratch, found[chunk]);
+            stage.advance(end - begin);
+        });
+        for (const Found& part : found) {
+            for (std::size_t l = 0; l < flips_.size(); ++l) {
+                append(flips_[l].cube, part.flips[l].cube);
+                append(flips_[l].judged, part.flips[l].judged);
+            }
+            append(known_cube_, part.known_cube);
+            append(known_inside_, part.known_inside);
+            append(cells, part.cells);
+            append(near, part.near);
+        }
+        if (last) return;
+        const FlipCubes& flips = flips_[std::size_t(level)];
+        cubes.clear();
+        for (std::size_t i = 0; i < flips.cube.size(); ++i)
+            for (std::uint64_t half = 0; half < 8; ++half)
+                if (flips.judged[i][half].may_flip) cubes.push_back(flips.cube[i] << 3 | half);
+    }
 }
 
 void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) {
     if (filling_.empty()) return;
-    struct Found {
-        std::vector<std::uint64_t> cell, cube;
-        std::vector<std::uint32_t> inside;
-        std::vector<Near> near;
-    };
-    std::vector<std::uint64_t> cubes{0};
-    std::vector<Near> near;
-    for (int level = lattice_.depth + 1; level >= 1; --level) {
-        Stage stage(progress, "signs, holes", cubes.size());
-        std::vector<Found> found(chunk_count(cubes.size(), cube_grain));
-        for_chunks(cubes.size(), cube_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-            Scratch scratch;
-            for (std::uint64_t i = begin; i < end; ++i) {
-                const Cube cube{level, morton_decode(cubes[i])};
-                if (!judge(cube, scratch).may_flip) continue;
-                const std::uint32_t bits = level == 1 ? inside_points(cube, scratch) : 0;
-                if (level == 1) {
-                    found[chunk].cube.push_back(cubes[i]);
-                    found[chunk].inside.push_back(bits);
-                    find_near(cube, bits, scratch, found[chunk].near);
-                }
-                for (int child = 0; child < 8; ++child) {
-                    unsigned corners = 0;
-                    for (int c = 0; c < 8; ++c) corners |= (bits >> group_point(child, c) & 1) << c;
-                    if (level > 1 || (corners != 0 && corners != 0xff))
-                        found[chunk].cell.push_back(cubes[i] << 3 | std::uint64_t(child));
-                }
-            }
-            stage.advance(end - begin);
-        });
-        cubes.clear();
-        for (const Found& part : found) {
-            cubes.insert(cubes.end(), part.cell.begin(), part.cell.end());
-            known_cube_.insert(known_cube_.end(), part.cube.begin(), part.cube.end());
-            known_inside_.insert(known_inside_.end(), part.inside.begin(), part.inside.end());
-            near.insert(near.end(), part.near.begin(), part.near.end());
-        }
-    }
-    remember(near);
+    std::vector<std::uint64_t> cubes;
+    std::vector<HolePoints::Point> near;
+    find_flips(cubes, near, progress);
+    holes_ = HolePoints(std::move(near));
 
     Voxels all;
     all.cell.reserve(voxels.cell.size() + cubes.size());
@@ -383,42 +438,102 @@ void GeneralizedSigns::add_flip_cells(Voxels& voxels, const Progress& progress) 
     voxels = std::move(all);
 }
 
-void GeneralizedSigns::shorten(const Cube& cube, double* distance) const {
-    for (int p = 0; p < group_points; ++p) {
-        const std::uint64_t code = morton_encode({std::uint32_t(cube.begin(0) + cube.step() * (p % 3)),
-                                                  std::uint32_t(cube.begin(1) + cube.step() * (p / 3 % 3)),
-                                                  std::uint32_t(cube.begin(2) + cube.step() * (p / 9))});
-        distance[p] = std::min(distance[p], hole_distance(code));
-    }
+/// Where a code is in a list in ascending order; its size if it is not there.
+std::size_t GeneralizedSigns::find(const std::vector<std::uint64_t>& list, std::uint64_t code) {
+    const auto it = std::lower_bound(list.begin(), list.end(), code);
+    return it != list.end() && *it == code ? std::size_t(it - list.begin()) : list.size();
 }
 
-void GeneralizedSigns::apply(const Octree& octree, std::vector<std::vector<double>>& distance,
-                             const Progress& progress) const {
+/// What is known of the cubes that halve one of level ≥ 2.
+GeneralizedSigns::Judgements GeneralizedSigns::halves_of(const Cube& cube, const Judgement& judged,
+                                                         Scratch& scratch) const {
+    Judgements halves;
+    halves.fill(judged);
+    if (judged.decided) return halves;
+    if (!flips_.empty()) {
+        const FlipCubes& flips = flips_[std::size_t(cube.level)];
+        const std::size_t index = find(flips.cube, morton_encode(cube.at));
+        if (index < flips.cube.size()) return flips.judged[index];
+    }
+    return judge_halves(cube, scratch);
+}
+
+/// Which points of a cube of level 1 are inside.
+std::uint32_t GeneralizedSigns::finest_points(const Cube& cube, const Judgement& judged,
+                                              Scratch& scratch) const {
+    if (judged.decided) return points_above(cube, judged.threshold);
+    const std::size_t index = find(known_cube_, morton_encode(cube.at));
+    if (index < known_cube_.size()) return known_inside_[index];
+    return cube.level > lattice_.depth ? single_points(cube) : inside_points(cube, scratch);
+}
+
+/// Which points of a group are inside, from those of the groups below it. These tell it of the cells that they
+/// refine. Any other cell of the group has one side, and the middle of the group for a corner.
+std::uint32_t GeneralizedSigns::coarse_points(const Octree& octree, int level, std::uint64_t group,
+                                              const std::vector<std::uint32_t>& below) {
+    const Level& groups = octree.levels[std::size_t(level)];
+    std::uint32_t bits = 0, refined = 0;
+    for (std::uint64_t child = groups.first[group]; child < groups.first[group + 1]; ++child) {
+        const int cell = int(octree.levels[std::size_t(level) - 1].parent[child] & 7);
+        refined |= 1u << cell;
+        for (int c = 0; c < 8; ++c) {
+            const int corner = 2 * ((c & 1) + 3 * (c >> 1 & 1) + 9 * (c >> 2));
+            bits |= (below[child] >> corner & 1) << group_point(cell, c);
+        }
+    }
+    constexpr int middle = group_points / 2;
+    if ((bits >> middle & 1) == 0) return bits;
+    for (int cell = 0; cell < 8; ++cell)
+        for (int c = 0; c < 8 && (refined >> cell & 1) == 0; ++c) bits |= 1u << group_point(cell, c);
+    return bits;
+}
+
+std::vector<std::uint32_t> GeneralizedSigns::find_finest(const Octree& octree, const Progress& progress) const {
+    std::vector<std::uint32_t> bits(octree.levels[0].groups());
     std::vector<Judgement> judged(1);
     for (int level = octree.depth; level >= 0; --level) {
         const Level& groups = octree.levels[std::size_t(level)];
-        std::vector<Judgement> below(groups.first.back());
+        std::vector<Judgement> below(level > 0 ? groups.first.back() : 0);
         Stage stage(progress, "signs", groups.groups());
         for_chunks(groups.groups(), cube_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
-            Scratch scratch;
+            Scratch scratch(*this);
             for (std::uint64_t g = begin; g < end; ++g) {
                 const Cube cube{level + 1, morton_decode(groups.parent[g])};
-                std::uint32_t bits = 0;
-                if (judged[g].decided || !recall(cube, bits)) {
-                    if (!judged[g].decided) judged[g] = judge(cube, scratch);
-                    bits = judged[g].decided ? points_above(cube, judged[g].threshold)
-                                             : inside_points(cube, scratch);
+                if (level == 0) {
+                    bits[g] = finest_points(cube, judged[g], scratch);
+                    continue;
                 }
-                double* const d = &distance[std::size_t(level)][group_points * g];
-                if (!hole_point_.empty()) shorten(cube, d);
-                for (int p = 0; p < group_points; ++p)
-                    if (bits >> p & 1) d[p] = 0.0 - d[p];  // +0 stays +0
-                for (std::uint64_t child = groups.first[g]; level > 0 && child < groups.first[g + 1]; ++child)
-                    below[child] = judged[g];
+                const Judgements halves = halves_of(cube, judged[g], scratch);
+                for (std::uint64_t child = groups.first[g]; child < groups.first[g + 1]; ++child)
+                    below[child] = halves[octree.levels[std::size_t(level) - 1].parent[child] & 7];
             }
             stage.advance(end - begin);
         });
         judged = std::move(below);
+    }
+    return bits;
+}
+
+void GeneralizedSigns::apply(const Octree& octree, std::vector<std::vector<double>>& distance,
+                             const Progress& progress) const {
+    std::vector<std::uint32_t> bits = find_finest(octree, progress), below;
+    for (int level = 0; level <= octree.depth; ++level) {
+        const Level& groups = octree.levels[std::size_t(level)];
+        if (level > 0) {
+            below.swap(bits);
+            bits.assign(groups.groups(), 0);
+        }
+        Stage stage(progress, "signs, all levels", groups.groups());
+        for_chunks(groups.groups(), cube_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+            for (std::uint64_t g = begin; g < end; ++g) {
+                if (level > 0) bits[g] = coarse_points(octree, level, g, below);
+                double* const d = &distance[std::size_t(level)][group_points * g];
+                holes_.shorten(morton_decode(groups.parent[g]), level, d);
+                for (int p = 0; p < group_points; ++p)
+                    if (bits[g] >> p & 1) d[p] = 0.0 - d[p];  // +0 stays +0
+            }
+            stage.advance(end - begin);
+        });
     }
 }
 

@@ -4,8 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "distance/hole_points.h"
 #include "distance/winding.h"
-#include "mesh/filling.h"
+#include "mesh/octants.h"
 #include "octree/lattice.h"
 #include "octree/octree.h"
 #include "octree/voxelise.h"
@@ -20,6 +21,9 @@ class GeneralizedSigns {
 public:
     /// \param voxels  of the same mesh and lattice
     GeneralizedSigns(const Mesh& mesh, const Lattice& lattice, const Voxels& voxels, const Progress& progress);
+
+    GeneralizedSigns(const GeneralizedSigns&) = delete;
+    GeneralizedSigns& operator=(const GeneralizedSigns&) = delete;
 
     /// Adds to `voxels`, with no triangles, every finest cell whose corners are not all on one side.
     void add_flip_cells(Voxels& voxels, const Progress& progress);
@@ -38,47 +42,59 @@ public:
 private:
     struct Cube;
     struct Scratch;
-    struct Judgement;
-    struct Near;
+    /// What is known of all of a cube.
+    struct Judgement {
+        bool decided = false;   ///< inside is where the crossings of M + F are above `threshold`
+        bool may_flip = false;  ///< two points of it with no triangle between them may be on different sides
+        std::int32_t threshold = 0;
+    };
+    using Judgements = std::array<Judgement, 8>;
+    /// Cubes of one level in which sides may change, in Morton order.
+    struct FlipCubes {
+        std::vector<std::uint64_t> cube;
+        std::vector<Judgements> judged;  ///< the cubes that halve each
+    };
+    struct Found;
 
     Vec3 centre(const Cube& cube) const;
-    double ball_radius(const Cube& cube) const;  ///< of a ball about the centre that holds the cube
-    const Filling::Surroundings& surroundings(const Cube& cube, Scratch& scratch) const;
-    WindingEstimate finer_estimate(const Cube& cube, int i, Scratch& scratch) const;
-    WindingEstimate finest_estimate(const Vec3& p, Filling::Local& local) const;
-    static bool settles(const WindingEstimate& estimate, std::int32_t crossings, double& above);
-    bool decide_exactly(const Vec3& p, std::int32_t of_mesh) const;
-    double precise_winding(const Cube& cube, int i, std::int32_t of_mesh, std::int32_t of_filling,
-                           Scratch& scratch) const;
-    void find_near(const Cube& cube, std::uint32_t inside, Scratch& scratch, std::vector<Near>& near) const;
-    void remember(std::vector<Near>& near);
-    double hole_distance(std::uint64_t point) const;
-    void shorten(const Cube& cube, double* distance) const;
-    static std::size_t filter_place(std::uint64_t point);
-
-    Judgement judge(const Cube& cube, Scratch& scratch) const;
+    Vec3 position(const Cube& cube, int i) const;
+    Octants& octants(const Cube& cube, Scratch& scratch) const;
+    Judgement judge(const Octants& octants, int lane, const Cube& cube) const;
+    Judgements judge_halves(const Cube& cube, Scratch& scratch) const;
     std::uint32_t inside_points(const Cube& cube, Scratch& scratch) const;
-    bool recall(const Cube& cube, std::uint32_t& bits) const;
+    std::uint32_t single_points(const Cube& cube) const;
+    std::uint32_t points_above(const Cube& cube, std::int32_t threshold) const;
+    static std::size_t find(const std::vector<std::uint64_t>& list, std::uint64_t code);
+    Judgements halves_of(const Cube& cube, const Judgement& judged, Scratch& scratch) const;
+    std::uint32_t finest_points(const Cube& cube, const Judgement& judged, Scratch& scratch) const;
+    static std::uint32_t coarse_points(const Octree& octree, int level, std::uint64_t group,
+                                       const std::vector<std::uint32_t>& below);
+    std::vector<std::uint32_t> find_finest(const Octree& octree, const Progress& progress) const;
     template <class F>
     std::uint32_t select_points(const Cube& cube, F&& inside) const;
-    std::uint32_t points_above(const Cube& cube, std::int32_t threshold) const;
+    void settle(double tolerance, std::uint32_t& open, std::uint32_t& bits, Scratch& scratch) const;
+    bool decide_exactly(const Vec3& p, std::int32_t of_mesh) const;
+    bool decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling) const;
+    void find_flips(std::vector<std::uint64_t>& cells, std::vector<HolePoints::Point>& near,
+                    const Progress& progress);
+    void descend(const Cube& cube, int lowest, Scratch& scratch, Found& found) const;
+    void visit_flip(const Cube& cube, Scratch& scratch, Found& found) const;
+    double precise_winding(int i, const Scratch& scratch) const;
+    void find_near(const Cube& cube, std::uint32_t inside, Scratch& scratch,
+                   std::vector<HolePoints::Point>& near) const;
 
     const Lattice& lattice_;
     Filling filling_;
+    Octants space_;  ///< all of it
     WindingLines mesh_lines_, filling_lines_;
     std::array<std::int64_t, 3> first_, last_;  ///< lattice points in M's bounding box
 
+    std::vector<FlipCubes> flips_;  ///< by level, from 2 on, of add_flip_cells()
     /// Cubes of level 1 whose points were found by add_flip_cells(), in Morton order.
     std::vector<std::uint64_t> known_cube_;
     std::vector<std::uint32_t> known_inside_;
 
-    /// Corners of finest cells in which inside and outside meet away from M, as Morton codes in ascending
-    /// order, and how far from each that is.
-    std::vector<std::uint64_t> hole_point_;
-    std::vector<double> hole_distance_;
-    static constexpr int filter_bits = 20;
-    std::vector<bool> hole_filter_ =
-        std::vector<bool>(std::size_t{1} << filter_bits);  ///< by hash: may be one of them
+    HolePoints holes_;
 };
 
 }  // namespace its

@@ -20,11 +20,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double whole_sphere = 4 * std::numbers::pi;
 /// The error of an expansion is looked at where a patch is farther away than this many of its radii.
 constexpr double least_gap = 0.25;
-/// Loops are common to all of the surroundings where their error is smaller than this. With 2^-12 thousands of
-/// loops add up to too much.
-constexpr double small_common_error = 0x1p-14;
 /// Moments are sums of some tens of terms with relative errors of a few u: bounds are widened by far more.
-constexpr double outward = 1 + 0x1p-40, inward = 1 - 0x1p-40;
+constexpr double outward = 1 + 0x1p-40;
 
 /// Edges from one point to others: of −∂M, with multiplicity, by the point that they leave.
 struct Outgoing {
@@ -81,13 +78,6 @@ void for_loops(const Outgoing& out, F&& fn) {
     }
 }
 
-double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
-    const Vec3 d = b - a;
-    const double squared = dot(d, d);
-    const double t = squared > 0 ? std::clamp(dot(p - a, d) / squared, 0.0, 1.0) : 0.0;
-    return norm(p - a - t * d);
-}
-
 /// Cubic forms in x, y, z: coefficients of x³, y³, z³, x²y, x²z, xy², y²z, xz², yz², xyz.
 using Cubic = std::array<double, 10>;
 
@@ -107,23 +97,9 @@ void add_cubic(double scale, const Vec3& a, const Vec3& b, const Vec3& c, Cubic&
         scale * (a.x * (b.y * c.z + b.z * c.y) + a.y * (b.x * c.z + b.z * c.x) + a.z * (b.x * c.y + b.y * c.x));
 }
 
-double cubic_at(const Cubic& f, const Vec3& r) {
-    const double xx = r.x * r.x, yy = r.y * r.y, zz = r.z * r.z;
-    return r.x * (f[0] * xx + f[5] * yy + f[7] * zz + f[9] * (r.y * r.z)) +
-           r.y * (f[3] * xx + f[1] * yy + f[8] * zz) + r.z * (f[4] * xx + f[6] * yy + f[2] * zz);
-}
-
 /// ½ of the Laplacian, a linear form.
 Vec3 half_laplacian(const Cubic& f) {
     return {3 * f[0] + f[5] + f[7], 3 * f[1] + f[3] + f[8], 3 * f[2] + f[4] + f[6]};
-}
-
-Vec3 times(const std::array<Vec3, 3>& symmetric, const Vec3& v) {
-    return v.x * symmetric[0] + v.y * symmetric[1] + v.z * symmetric[2];
-}
-
-double frobenius(const std::array<Vec3, 3>& m) {
-    return std::sqrt(dot(m[0], m[0]) + dot(m[1], m[1]) + dot(m[2], m[2]));
 }
 
 /// A boundary point seen from the origin: α = y + i·z and σ = |v| + x, without cancellation.
@@ -175,7 +151,7 @@ Filling::Filling(const Mesh& mesh) {
     for (std::size_t i = 0; i + 1 < chain_begin_.size(); ++i)
         roots.push_back(
             add_chain(std::span(chain_).subspan(chain_begin_[i], chain_begin_[i + 1] - chain_begin_[i])));
-    if (!roots.empty()) root_ = add_union(roots);
+    if (!roots.empty()) add_union(roots);
 }
 
 /// The patch between a chain and its chord: the triangle of its ends and its middle, and those of its halves.
@@ -183,7 +159,6 @@ std::uint32_t Filling::add_chain(std::span<const std::uint32_t> chain) {
     const std::uint32_t a = chain.front(), c = chain.back();
     const Vec3 ends[] = {surface_.vertices[a], surface_.vertices[c]};
     Node node;
-    node.chord = norm(ends[1] - ends[0]) * outward;
     node.centre = 0.5 * ends[0] + 0.5 * ends[1];
     node.ends = {a, c};
     if (chain.size() == 2) return finish(node, ends);
@@ -283,241 +258,106 @@ std::uint32_t Filling::finish(Node node, std::span<const Vec3> corners) {
     return std::uint32_t(nodes_.size() - 1);
 }
 
-void Filling::clear(const Vec3& centre, double radius, Local& local) {
-    local.centre_ = centre;
-    local.gradient_ = {};
-    local.hessian_ = {};
-    local.radius_ = radius;
-    local.near_gradient_ = {};
-    local.value_ = local.error_ = local.bend_ = 0;
-    local.clear_ = true;
-    local.vertices_.clear();
-    local.triangles_.clear();
-}
+/// The winding numbers of points, as far as they are summed.
+struct Filling::Sums {
+    Points points;
+    double tolerance;
+    AngleSums<block> angles;
+    double value[block] = {}, error[block] = {};
+    double count = 0;
 
-void Filling::localise(const Vec3& centre, double radius, double tolerance, Local& local) const {
-    clear(centre, radius, local);
-    if (root_ != none) collect(root_, none, none, tolerance, local);
-}
-
-void Filling::surround(const Vec3& centre, double radius, Surroundings& surroundings) const {
-    clear(centre, radius, surroundings.far_);
-    surroundings.near_.clear();
-    if (root_ != none) collect_loops(root_, surroundings);
-}
-
-void Filling::collect_loops(std::uint32_t index, Surroundings& surroundings) const {
-    const Node& node = nodes_[index];
-    Local& far = surroundings.far_;
-    const double length = norm(node.centre - far.centre_), gap = length - far.radius_ - node.radius;
-    if (gap > least_gap * node.radius) {
-        const double error = far_error(node, length, gap, far.radius_);
-        if (error < small_common_error) return add_far(node, length, error, far);
-    }
-    if (node.middle != none || node.left == none) {
-        surroundings.near_.push_back(index);
-        return;
-    }
-    collect_loops(node.left, surroundings);
-    collect_loops(node.right, surroundings);
-}
-
-void Filling::localise(const Vec3& centre, double radius, double tolerance, const Surroundings& surroundings,
-                       Local& local) const {
-    clear(centre, radius, local);
-    const Local& far = surroundings.far_;
-    const Vec3 offset = centre - far.centre_;
-    local.value_ = far.far(offset);
-    local.gradient_ = far.gradient_ + times(far.hessian_, offset);
-    local.hessian_ = far.hessian_;
-    local.error_ = far.error_ + far.rounding();
-    for (const std::uint32_t index : surroundings.near_) collect(index, none, none, tolerance, local);
-}
-
-/// The patch's solid angle is ∫ n·K(r + u) dA, K(y) = y/|y|³, with r from the ball's centre to the patch's and
-/// u = a − b, b from the ball's centre to the point. Term k of the Taylor series about r is at most
-/// (k + 1) |u|ᵏ / |r|ᵏ⁺²; those of k ≥ 3 add up to at most |u|³/|r|⁵ (4 − 3t)/(1 − t)² for |u| ≤ t|r|, t < 1.
-/// And ∫ |u|³ ≤ ∫ (|a| + R)³. Rounding: the sums have below 2⁹ |n|/|r|² in all, of below 2⁵ roundings each;
-/// moments are off by those of their centres.
-double Filling::far_error(const Node& node, double length, double gap, double ball) const {
-    const double inverse = 1 / length, near = 1 / gap;
-    const double q = gap * inverse, over = length * near;  // 1 − t
-    const double inverse2 = inverse * inverse;
-    const double cubes =
-        (node.radius + 3 * ball) * node.square + ball * ball * (3 * node.linear + ball * node.area);
-    const double series = (1 + 3 * q) * (over * over) * (inverse2 * inverse2 * inverse) * cubes;
-    const double rounding = node.area * (0x1p-38 * inverse2 + 0x1p-43 * reach_ * (near * near) * near);
-    return (series + rounding) * outward / whole_sphere;
-}
-
-/// K's derivatives at r are A = 1/|r|³ − 3rrᵀ/|r|⁵ and B = 15rrr/|r|⁷ − 3(δr + rδ + …)/|r|⁵. Up to order two
-/// ∫ n·K(r + a − b) is N·K + first:A + ½ second:B − (AN + B:first)·b + ½ b·(BN)b.
-void Filling::add_far(const Node& node, double length, double error, Local& local) {
-    const Vec3 r = node.centre - local.centre_;
-    const double inverse = 1 / length, inverse2 = inverse * inverse;
-    const double i3 = inverse * inverse2 / whole_sphere, i5 = i3 * inverse2, i7 = i5 * inverse2;
-    const double normal = dot(node.moment, r);
-    const Vec3 turned = times(node.first, r);
-    const double trace = node.first[0].x + node.first[1].y + node.first[2].z, form = dot(turned, r);
-    local.value_ += (normal + trace) * i3 - (3 * form + 1.5 * dot(half_laplacian(node.second), r)) * i5 +
-                    7.5 * cubic_at(node.second, r) * i7;
-    local.gradient_ = local.gradient_ + (3 * (normal + trace) * i5 - 15 * form * i7) * r - i3 * node.moment +
-                      (6 * i5) * turned;
-    for (int i = 0; i < 3; ++i) {
-        Vec3& row = local.hessian_[std::size_t(i)];
-        row = row + (15 * normal * i7 * r[i] - 3 * i5 * node.moment[i]) * r - (3 * i5 * r[i]) * node.moment;
-        row[i] -= 3 * normal * i5;
-    }
-    local.error_ += error;
-}
-
-/// An edge of what is near, `distance` from the ball. By Biot and Savart the gradient of a winding number is
-/// (1/4π) ∫ K(x − p) × dx along its boundary, for a segment from p + a to p + b
-/// (a × b) (|a| + |b|) / (|a||b| (|a||b| + a·b)). With the bounds on K and K' it is at most
-/// min(length / d², 2 / d), and its own derivative is at most min(2 length / d³, 4 / d²).
-void Filling::add_edge(const Node& node, double distance, Local& local) const {
-    if (!(distance > 0)) {
-        local.bend_ = infinity;
-        return;
-    }
-    const double inverse = 1 / distance;
-    const double slope = std::min(node.chord * inverse, 2.0) * inverse * local.radius_;
-    const double bend = std::min(node.chord * inverse, 2.0) * inverse * inverse * local.radius_ * local.radius_;
-    if (bend > slope) {
-        local.bend_ += slope * (outward / whole_sphere);
-        return;
-    }
-    const Vec3 a = surface_.vertices[node.ends[0]] - local.centre_,
-               b = surface_.vertices[node.ends[1]] - local.centre_;
-    const double la = norm(a), lb = norm(b), product = la * lb, sum = product + dot(a, b);
-    // The error of `sum` is below 8u of the product, and so is that of a × b, beside the length of which
-    // `sum` is at most 2|a||b|: where the edge is seen under almost half a turn, the bound takes over.
-    if (!(sum > 0x1p-20 * product)) {
-        local.bend_ += slope * (outward / whole_sphere);
-        return;
-    }
-    const double scale = (la + lb) / (product * sum * whole_sphere);
-    local.near_gradient_ = local.near_gradient_ + scale * cross(a, b);
-    local.bend_ += (bend + 64 * unit_roundoff * (product * local.radius_) * (la + lb) / (product * sum)) *
-                   (outward / whole_sphere);
-}
-
-/// What is far is within its error of a quadratic function; what is near differs from a linear one by its bend.
-double Filling::Local::variation() const {
-    const double bend = bend_ + 0.5 * frobenius(hessian_) * radius_ * radius_;
-    return (norm(gradient_ + near_gradient_) * radius_ + 2 * (error_ + rounding()) + bend) * outward;
-}
-
-double Filling::Local::far(const Vec3& offset) const {
-    return value_ + dot(gradient_ + 0.5 * times(hessian_, offset), offset);
-}
-
-double Filling::Local::rounding() const {
-    return 32 * unit_roundoff *
-           (std::abs(value_) + (norm(gradient_) + frobenius(hessian_) * radius_) * radius_);
-}
-
-/// \param first, last  the chord's ends among the near vertices; none: a loop, or several
-void Filling::collect(std::uint32_t index, std::uint32_t first, std::uint32_t last, double tolerance,
-                      Local& local) const {
-    const Node& node = nodes_[index];
-    const double length = norm(node.centre - local.centre_), gap = length - local.radius_ - node.radius;
-    const bool leaf = node.left == none;
-    bool far = leaf;
-    if (!leaf && gap > least_gap * node.radius) {
-        const double error = far_error(node, length, gap, local.radius_);
-        far = error < tolerance;
-        if (far) add_far(node, length, error, local);
-    }
-    if (far) {
-        // What is near ends at the edges and at the chords of what is far.
-        if (node.chord > 0 && local.radius_ > 0)
-            add_edge(node,
-                     leaf ? distance_to_segment(local.centre_, surface_.vertices[node.ends[0]],
-                                                surface_.vertices[node.ends[1]]) *
-                                    inward -
-                                local.radius_
-                          : gap,
-                     local);
-        return;
-    }
-    if (node.middle == none) {  // of several loops
-        collect(node.left, none, none, tolerance, local);
-        collect(node.right, none, none, tolerance, local);
-        return;
-    }
-    const auto add_vertex = [&](std::uint32_t v) {
-        local.vertices_.push_back(surface_.vertices[v]);
-        return std::uint32_t(local.vertices_.size() - 1);
-    };
-    if (first == none) first = last = add_vertex(node.ends[0]);
-    const std::uint32_t middle = add_vertex(node.middle);
-    if (node.ends[0] != node.ends[1]) {
-        local.triangles_.push_back({first, middle, last});
-        if (comes_near(node, gap, local)) local.clear_ = false;
-    }
-    collect(node.left, first, middle, tolerance, local);
-    collect(node.right, middle, last, tolerance, local);
-}
-
-/// Whether the node's triangle may meet the ball: its plane does, and the sphere around the patch. *Rounding:*
-/// a component of n is a difference of products of coordinates of b − a and c − a, so that n errs by less than
-/// 16u|b − a||c − a|, which for slivers is much beside |n|; n·d by that times |d|, and by 8u|n||d|. 64u covers
-/// both.
-bool Filling::comes_near(const Node& node, double gap, const Local& local) const {
-    const Vec3 &a = surface_.vertices[node.ends[0]], &b = surface_.vertices[node.middle],
-               &c = surface_.vertices[node.ends[1]];
-    const Vec3 n = cross(b - a, c - a), d = a - local.centre_;
-    const double slack = 64 * unit_roundoff * norm(b - a) * norm(c - a) * (norm(d) + local.radius_);
-    return gap <= 0 && std::abs(dot(n, d)) <= local.radius_ * norm(n) + slack;
-}
-
-ITS_CLONES void Filling::Local::see(const Vec3& vertex, const Points& points, Seen& seen) {
-    for (int i = 0; i < block; ++i) {
-        const double x = vertex.x - points.x[i], y = vertex.y - points.y[i], z = vertex.z - points.z[i];
-        seen.x[i] = x;
-        seen.y[i] = y;
-        seen.z[i] = z;
-        seen.length[i] = std::sqrt(x * x + y * y + z * z);
-    }
-}
-
-ITS_CLONES void Filling::Local::add(const Seen& a, const Seen& b, const Seen& c, AngleSums<block>& sums,
-                                    double* doubtful) {
+    ITS_CLONES void finish(Estimates& out) const {
 #pragma GCC ivdep
-    for (int i = 0; i < block; ++i)
-        doubtful[i] +=
-            add_half_solid_angle(sums, i, {a.x[i], a.y[i], a.z[i], a.length[i]},
-                                 {b.x[i], b.y[i], b.z[i], b.length[i]}, {c.x[i], c.y[i], c.z[i], c.length[i]});
-}
-
-void Filling::Local::at(const Points& points, Estimates& out) {
-    if (seen_.size() < vertices_.size()) seen_.resize(2 * vertices_.size());
-    for (std::size_t i = 0; i < vertices_.size(); ++i) see(vertices_[i], points, seen_[i]);
-    AngleSums<block> sums;
-    double doubtful[block] = {};
-    for (const Triangle& t : triangles_) add(seen_[t[0]], seen_[t[1]], seen_[t[2]], sums, doubtful);
-    const double rounding = this->rounding();
-    for (int i = 0; i < block; ++i) {
-        const Vec3 offset = Vec3{points.x[i], points.y[i], points.z[i]} - centre_;
-        out.value[i] = far(offset) + sums.sum(i) / (2 * std::numbers::pi);
-        out.error[i] =
-            error_ + rounding + doubtful[i] + sums.error(i, double(triangles_.size())) / (2 * std::numbers::pi);
+        for (int i = 0; i < block; ++i) {
+            out.value[i] = value[i] + angles.quick_sum(i) * (0.5 / std::numbers::pi);
+            out.error[i] = error[i] + 32 * unit_roundoff * std::abs(value[i]) +
+                           (quick_error + angles.error(i, count)) * (0.5 / std::numbers::pi);
+        }
     }
+};
+
+/// A patch by its moments. Term k of the Taylor series of its solid angle about the centroid, at a distance r,
+/// is at most (k + 1)|a|ᵏ/rᵏ⁺²; those of k ≥ 3 add up to at most |a|³/r⁵ (4 − 3t)/(1 − t)² for |a| ≤ t r, t
+/// < 1. Rounding: the sums have below 2⁹ |n|/r² in all, of below 2⁵ roundings each; moments are off by those of
+/// their centres. \return false, with nothing added, if that errs by more than the tolerance at a point
+ITS_CLONES bool Filling::add_patch(const Node& node, Sums& sums) const {
+    const Vec3 c = node.centre, n = node.moment;
+    const double radius = node.radius, area = node.area, reach = reach_, least = (1 + least_gap) * radius;
+    const double cubes = radius * node.square;
+    double rx[block], ry[block], rz[block], inverse[block], error[block];
+#pragma GCC ivdep
+    for (int i = 0; i < block; ++i) {
+        const double x = c.x - sums.points.x[i], y = c.y - sums.points.y[i], z = c.z - sums.points.z[i];
+        const double length = std::sqrt(x * x + y * y + z * z), away = length > least ? length : 2 * least + 1;
+        const double i1 = 1 / away, i2 = i1 * i1, near = 1 / (away - radius), over = away * near;
+        const double series = (1 + 3 * (away - radius) * i1) * (over * over) * (i2 * i2 * i1) * cubes;
+        const double rounding = area * (0x1p-38 * i2 + 0x1p-43 * reach * (near * near) * near);
+        rx[i] = x;
+        ry[i] = y;
+        rz[i] = z;
+        inverse[i] = i1;
+        error[i] = length > least ? (series + rounding) * (outward / whole_sphere) : infinity;
+    }
+    double worst = 0;
+    for (int i = 0; i < block; ++i) worst = error[i] > worst ? error[i] : worst;
+    if (!(worst < sums.tolerance)) return false;
+    const auto first = node.first;
+    const auto f = node.second;
+    const double trace = first[0].x + first[1].y + first[2].z;
+    const Vec3 laplacian = half_laplacian(f);
+#pragma GCC ivdep
+    for (int i = 0; i < block; ++i) {
+        const double x = rx[i], y = ry[i], z = rz[i], i2 = inverse[i] * inverse[i];
+        const double form = x * (first[0].x * x + 2 * (first[0].y * y + first[0].z * z)) +
+                            y * (first[1].y * y + 2 * first[1].z * z) + first[2].z * z * z;
+        const double xx = x * x, yy = y * y, zz = z * z;
+        const double cubic = x * (f[0] * xx + f[5] * yy + f[7] * zz + f[9] * (y * z)) +
+                             y * (f[3] * xx + f[1] * yy + f[8] * zz) + z * (f[4] * xx + f[6] * yy + f[2] * zz);
+        const double normal = n.x * x + n.y * y + n.z * z,
+                     linear = laplacian.x * x + laplacian.y * y + laplacian.z * z;
+        sums.value[i] += inverse[i] * i2 * (1 / whole_sphere) *
+                         (normal + trace - i2 * (3 * form + 1.5 * linear - 7.5 * i2 * cubic));
+        sums.error[i] += error[i];
+    }
+    return true;
 }
 
-WindingEstimate Filling::Local::at(const Vec3& point) const {
-    const auto sight = [&](std::uint32_t v) {
-        const Vec3 d = vertices_[v] - point;
-        return Sight{d.x, d.y, d.z, norm(d)};
-    };
-    AngleSums<1> sum;
-    double doubtful = 0;
-    for (const Triangle& t : triangles_)
-        doubtful += add_half_solid_angle(sum, 0, sight(t[0]), sight(t[1]), sight(t[2]));
-    const double rounding = this->rounding();
-    return {far(point - centre_) + sum.sum(0) / (2 * std::numbers::pi),
-            error_ + rounding + doubtful + sum.error(0, double(triangles_.size())) / (2 * std::numbers::pi)};
+ITS_CLONES void Filling::add_triangle(const Node& node, Sums& sums) const {
+    const Vec3 a = surface_.vertices[node.ends[0]], b = surface_.vertices[node.middle],
+               c = surface_.vertices[node.ends[1]];
+#pragma GCC ivdep
+    for (int i = 0; i < block; ++i) {
+        const double x = sums.points.x[i], y = sums.points.y[i], z = sums.points.z[i];
+        const double ax = a.x - x, ay = a.y - y, az = a.z - z, bx = b.x - x, by = b.y - y, bz = b.z - z,
+                     cx = c.x - x, cy = c.y - y, cz = c.z - z;
+        sums.error[i] +=
+            add_half_solid_angle(sums.angles, i, {ax, ay, az, std::sqrt(ax * ax + ay * ay + az * az)},
+                                 {bx, by, bz, std::sqrt(bx * bx + by * by + bz * bz)},
+                                 {cx, cy, cz, std::sqrt(cx * cx + cy * cy + cz * cz)});
+    }
+    ++sums.count;
+}
+
+void Filling::collect(std::uint32_t index, Sums& sums) const {
+    const Node& node = nodes_[index];
+    if (node.left == none || add_patch(node, sums)) return;  // an edge has no area
+    if (node.middle != none && node.ends[0] != node.ends[1]) add_triangle(node, sums);
+    collect(node.left, sums);
+    collect(node.right, sums);
+}
+
+void Filling::winding(const Points& points, double tolerance, Estimates& out) const {
+    Sums sums{points, tolerance, {}};
+    if (!empty()) collect(std::uint32_t(nodes_.size() - 1), sums);
+    sums.finish(out);
+}
+
+WindingEstimate Filling::winding(const Vec3& point, double tolerance) const {
+    Points points;
+    Estimates estimates;
+    for (int i = 0; i < block; ++i) points.x[i] = point.x, points.y[i] = point.y, points.z[i] = point.z;
+    winding(points, tolerance, estimates);
+    return {estimates.value[0], estimates.error[0]};
 }
 
 WindingEstimate Filling::boundary_term(const Vec3& p) const {

@@ -54,9 +54,7 @@ std::vector<SurfacePoint> spread_points(const Merged& mesh) {
 /// The winding number of F; where a dipole estimate is not precise enough, from the boundary.
 double filling_winding(const Filling& filling, const XRays& rays, const Vec3& p) {
     if (filling.empty()) return 0;
-    Filling::Local local;
-    filling.localise(p, 0, tolerance, local);
-    const WindingEstimate w = local.at(p);
+    const WindingEstimate w = filling.winding(p, tolerance);
     if (w.error <= precise_enough) return w.value;
     return rays.crossings(p) - filling.boundary_term(p).value;
 }

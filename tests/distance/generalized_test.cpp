@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -13,6 +14,8 @@
 
 namespace its {
 namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Sum of signed solid angles over 4π (Van Oosterom and Strackee 1983), in extended precision.
 double solid_angle_winding(const Mesh& mesh, const Vec3& p) {
@@ -160,64 +163,95 @@ TEST(Filling, EstimatesAreWithinTheirErrors) {
     for (const auto& [name, mesh] : open_meshes()) {
         const Filling filling(mesh);
         Points points(mesh);
-        Filling::Local local;
         int useful = 0;
-        for (int i = 0; i < 300; ++i) {
-            const Vec3 centre = points.next();
-            const double radius = points.size() * std::pow(2.0, -2 - i % 8);
-            const double tolerance = std::pow(2.0, -5 - 2 * (i % 7));
-            filling.localise(centre, radius, tolerance, local);
-            const double at_centre = solid_angle_winding(filling.surface(), centre);
-            for (int j = 0; j < 8; ++j) {
-                Vec3 offset{points.unit(), points.unit(), points.unit()};
-                offset = (radius / std::max(norm(offset), 1.0)) * offset;
-                const Vec3 p = centre + offset;
-                const double w = solid_angle_winding(filling.surface(), p);
-                const WindingEstimate estimate = local.at(p);
-                ASSERT_LE(std::abs(estimate.value - w), estimate.error + 1e-15) << name << " radius " << radius;
-                const double change = w - at_centre;
-                const double off_whole =
-                    local.clear() ? std::abs(change) : std::abs(change - std::round(change));
-                ASSERT_LE(off_whole, local.variation() + 1e-14) << name << " radius " << radius;
-                useful += local.variation() < 0.1 && estimate.error < 0.01;
-            }
+        for (int i = 0; i < 1000; ++i) {
+            const Vec3 p = points.next();
+            const WindingEstimate estimate = filling.winding(p, std::pow(2.0, -5 - 2 * (i % 7)));
+            ASSERT_LE(std::abs(estimate.value - solid_angle_winding(filling.surface(), p)),
+                      estimate.error + 1e-15)
+                << name;
+            useful += estimate.error < 0.01;
         }
-        EXPECT_GT(useful, 300) << name;
+        EXPECT_GT(useful, 500) << name;
     }
 }
 
-/// Many small loops, most of which are far from any ball.
-TEST(Filling, SurroundingsAreWithinTheirErrors) {
-    const Mesh mesh = without(zoo::sphere({0, 0, 0}, 1, 4), 7, 3);
-    const Filling filling(mesh);
-    ASSERT_GT(filling.loops(), 200u);
-    Points points(mesh);
-    Filling::Surroundings surroundings;
-    Filling::Local local;
-    double worst = 0, least = 1;
-    for (int i = 0; i < 200; ++i) {
-        const Vec3 around = points.next();
-        const double large = points.size() * std::pow(2.0, -3 - i % 6);
-        filling.surround(around, large, surroundings);
-        Vec3 offset{points.unit(), points.unit(), points.unit()};
-        const double radius = large / 4;
-        const Vec3 centre = around + ((large - radius) / std::max(norm(offset), 1.0)) * offset;
-        filling.localise(centre, radius, std::pow(2.0, -6 - 3 * (i % 5)), surroundings, local);
-        const double at_centre = solid_angle_winding(filling.surface(), centre);
-        for (int j = 0; j < 8; ++j) {
-            offset = {points.unit(), points.unit(), points.unit()};
-            const Vec3 p = centre + (radius / std::max(norm(offset), 1.0)) * offset;
-            const double w = solid_angle_winding(filling.surface(), p);
-            const WindingEstimate estimate = local.at(p);
-            ASSERT_LE(std::abs(estimate.value - w), estimate.error + 1e-15) << "radius " << radius;
-            const double change = w - at_centre;
-            ASSERT_LE(std::abs(change - std::round(change)), local.variation() + 1e-14) << "radius " << radius;
-            worst = std::max(worst, std::abs(estimate.value - w));
-            least = std::min(least, estimate.error);
+/// A cube about `centre` and those that halve it.
+struct Halved {
+    Vec3 centre;
+    double half;
+    Octants::Cubes cubes() const {
+        Octants::Cubes out{{}, {}, {}, half / 2};
+        for (int i = 0; i < 8; ++i) {
+            out.x[i] = centre.x + ((i & 1) != 0 ? half : -half) / 2;
+            out.y[i] = centre.y + ((i & 2) != 0 ? half : -half) / 2;
+            out.z[i] = centre.z + ((i & 4) != 0 ? half : -half) / 2;
+        }
+        return out;
+    }
+    Halved lane(int i) const {
+        const Octants::Cubes c = cubes();
+        return {{c.x[i], c.y[i], c.z[i]}, half / 2};
+    }
+};
+
+/// Down a random way from a cube around all of the mesh, each of whose cubes is looked at.
+TEST(Octants, EstimatesAndVariationsAreWithinTheirErrors) {
+    std::vector<Named> meshes = open_meshes();
+    meshes.push_back({"many loops", without(zoo::sphere({0, 0, 0}, 1, 4), 7, 3)});
+    for (const auto& [name, mesh] : meshes) {
+        const Filling filling(mesh);
+        Points points(mesh);
+        std::mt19937_64 random(5);
+        int useful = 0, expanded = 0;
+        for (int trial = 0; trial < 12; ++trial) {
+            Halved cube{points.next(), points.size()};
+            Octants from(filling), to(filling);
+            int lane = 0;
+            for (int level = 0; level < 9; ++level) {
+                const double tolerance = std::pow(2.0, -4 - int(random() % 14));
+                const bool whole = level % 3 == 2;  // nothing left for later
+                to.narrow(from, lane, cube.cubes(), tolerance, whole ? 0.0 : 0.5 * cube.half);
+                for (int i = 0; i < Octants::lanes; ++i) {
+                    const Halved own = cube.lane(i);
+                    const double w = solid_angle_winding(filling.surface(), own.centre);
+                    const WindingEstimate at_centre = to.at_centre(i);
+                    if (at_centre.error < infinity) {
+                        ASSERT_LE(std::abs(at_centre.value - w), at_centre.error + 1e-14)
+                            << name << " level " << level;
+                    }
+                    Octants::Points some;
+                    for (int j = 0; j < Octants::block; ++j) {
+                        some.x[j] = own.centre.x + own.half * points.unit();
+                        some.y[j] = own.centre.y + own.half * points.unit();
+                        some.z[j] = own.centre.z + own.half * points.unit();
+                    }
+                    Octants::Estimates estimates;
+                    if (whole) to.at(i, some, estimates);
+                    const double variation = to.variation(i);
+                    for (int j = 0; j < (level < 4 ? 4 : Octants::block); j += 4) {
+                        const double v =
+                            solid_angle_winding(filling.surface(), {some.x[j], some.y[j], some.z[j]});
+                        const double change = std::abs(v - w);
+                        const double off_whole = to.clear(i) ? change : std::abs(change - std::round(change));
+                        ASSERT_LE(off_whole, variation + 1e-14) << name << " level " << level;
+                        if (!whole) continue;
+                        ASSERT_LE(std::abs(estimates.value[j] - v), estimates.error[j] + 1e-14)
+                            << name << " level " << level;
+                        expanded += std::abs(estimates.value[j] - v) > 1e-12;
+                    }
+                    useful += variation < 0.1;
+                }
+                lane = int(random() % 8);
+                cube = cube.lane(lane);
+                std::swap(from, to);
+            }
+        }
+        EXPECT_GT(useful, 200) << name;
+        if (name != "degenerate") {
+            EXPECT_GT(expanded, 100) << name;
         }
     }
-    EXPECT_GT(worst, 1e-9);  // or nothing was expanded
-    EXPECT_LT(least, 1e-2);
 }
 
 struct Setting {
@@ -312,7 +346,8 @@ TEST(GeneralizedSigns, GridPointsGetTheirOwnSign) {
                                        z = (2 * std::int64_t(at[2]) + p / 9) << level;
                     ASSERT_EQ(values[std::size_t(level)][group_points * g + std::uint64_t(p)] < 0,
                               signs.inside(x, y, z))
-                        << name << " level " << level;
+                        << name << " level " << level << " at " << x << ' ' << y << ' ' << z << " w "
+                        << solid_angle_winding(mesh, s.lattice.position({x, y, z}));
                 }
             }
     }
