@@ -215,7 +215,7 @@ std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch
         return above > 0;
     });
     if (filling_.edges() > few_edges)
-        for (const double accuracy : {first_tolerance, second_tolerance}) settle(accuracy, open, bits, scratch);
+        for (const double accuracy : {first_tolerance, second_tolerance}) refine(accuracy, open, bits, scratch);
     for (int i = 0; i < group_points; ++i) {
         if ((open >> i & 1) == 0) continue;
         const bool inside = decide_exactly({points.x[i], points.y[i], points.z[i]}, scratch.of_mesh[i]);
@@ -225,7 +225,7 @@ std::uint32_t GeneralizedSigns::inside_points(const Cube& cube, Scratch& scratch
 }
 
 /// Estimates those of the points that are `open`, some at once, until they settle.
-void GeneralizedSigns::settle(double accuracy, std::uint32_t& open, std::uint32_t& bits,
+void GeneralizedSigns::refine(double accuracy, std::uint32_t& open, std::uint32_t& bits,
                               Scratch& scratch) const {
     std::uint32_t left = 0;
     while (open != 0) {

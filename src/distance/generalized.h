@@ -72,7 +72,7 @@ private:
     std::vector<std::uint32_t> find_finest(const Octree& octree, const Progress& progress) const;
     template <class F>
     std::uint32_t select_points(const Cube& cube, F&& inside) const;
-    void settle(double tolerance, std::uint32_t& open, std::uint32_t& bits, Scratch& scratch) const;
+    void refine(double accuracy, std::uint32_t& open, std::uint32_t& bits, Scratch& scratch) const;
     bool decide_exactly(const Vec3& p, std::int32_t of_mesh) const;
     bool decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling) const;
     void find_flips(std::vector<std::uint64_t>& cells, std::vector<HolePoints::Point>& near,

@@ -10,6 +10,7 @@
 #include "base/simd.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
+#include "mesh/expansion.h"
 #include "mesh/merged.h"
 
 namespace its {
@@ -17,11 +18,6 @@ namespace its {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double whole_sphere = 4 * std::numbers::pi;
-/// The error of an expansion is looked at where a patch is farther away than this many of its radii.
-constexpr double least_gap = 0.25;
-/// Moments are sums of some tens of terms with relative errors of a few u: bounds are widened by far more.
-constexpr double outward = 1 + 0x1p-40;
 
 /// Edges from one point to others: of −∂M, with multiplicity, by the point that they leave.
 struct Outgoing {
@@ -276,10 +272,8 @@ struct Filling::Sums {
     }
 };
 
-/// A patch by its moments. Term k of the Taylor series of its solid angle about the centroid, at a distance r,
-/// is at most (k + 1)|a|ᵏ/rᵏ⁺²; those of k ≥ 3 add up to at most |a|³/r⁵ (4 − 3t)/(1 − t)² for |a| ≤ t r, t
-/// < 1. Rounding: the sums have below 2⁹ |n|/r² in all, of below 2⁵ roundings each; moments are off by those of
-/// their centres. \return false, with nothing added, if that errs by more than the tolerance at a point
+/// A patch by its moments.
+/// \return false, with nothing added, if that errs by more than the tolerance at a point
 ITS_CLONES bool Filling::add_patch(const Node& node, Sums& sums) const {
     const Vec3 c = node.centre, n = node.moment;
     const double radius = node.radius, area = node.area, reach = reach_, least = (1 + least_gap) * radius;
@@ -289,14 +283,12 @@ ITS_CLONES bool Filling::add_patch(const Node& node, Sums& sums) const {
     for (int i = 0; i < block; ++i) {
         const double x = c.x - sums.points.x[i], y = c.y - sums.points.y[i], z = c.z - sums.points.z[i];
         const double length = std::sqrt(x * x + y * y + z * z), away = length > least ? length : 2 * least + 1;
-        const double i1 = 1 / away, i2 = i1 * i1, near = 1 / (away - radius), over = away * near;
-        const double series = (1 + 3 * (away - radius) * i1) * (over * over) * (i2 * i2 * i1) * cubes;
-        const double rounding = area * (0x1p-38 * i2 + 0x1p-43 * reach * (near * near) * near);
+        const PatchError e = patch_error(away, radius, area, reach);
         rx[i] = x;
         ry[i] = y;
         rz[i] = z;
-        inverse[i] = i1;
-        error[i] = length > least ? (series + rounding) * (outward / whole_sphere) : infinity;
+        inverse[i] = 1 / away;
+        error[i] = length > least ? e.scale * cubes + e.rounding : infinity;
     }
     double worst = 0;
     for (int i = 0; i < block; ++i) worst = error[i] > worst ? error[i] : worst;

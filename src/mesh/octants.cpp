@@ -7,18 +7,14 @@
 
 #include "base/simd.h"
 #include "geometry/vec3.h"
+#include "mesh/expansion.h"
 
 namespace its {
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double whole_sphere = 4 * std::numbers::pi;
 constexpr std::uint32_t none = ~std::uint32_t{0};
-/// Bounds of some tens of roundings are widened by far more.
-constexpr double outward = 1 + 0x1p-40, inward = 1 - 0x1p-40;
-/// The error of an expansion is looked at where a patch is farther away than this many of its radii.
-constexpr double least_gap = 0.25;
 /// See expand().
 constexpr double edge_rounding = 0x1p-30, most_obtuse = 0x1p-12;
 
@@ -343,25 +339,17 @@ ITS_CLONES void Octants::expand(const Chord& chord) {
     }
 }
 
-/// The patch's solid angle is ∫ n·K(r + u) dA, with r from the cube's centre to the patch's and u = a − b, b
-/// from the cube's centre to the point. Term k of the Taylor series about r is at most (k + 1) |u|ᵏ / |r|ᵏ⁺²;
-/// those of k ≥ 3 add up to at most |u|³/|r|⁵ (4 − 3t)/(1 − t)² for |u| ≤ t|r|, t < 1. And ∫ |u|³ ≤ ∫ (|a| +
-/// R)³. Rounding: the sums have below 2⁹ |n|/|r|² in all, of below 2⁵ roundings each; moments are off by those
-/// of their centres.
+/// Of patches, for all points of the balls; infinite where they are too near.
 ITS_CLONES void Octants::far_errors(const Filling::Node& node, const Row& length, Row& scale, Row& out) const {
     const double ball = radius_, reach = filling_->reach_, area = node.area;
     const double cubes =
         (node.radius + 3 * ball) * node.square + ball * ball * (3 * node.linear + ball * node.area);
-    const double reached = ball + node.radius, least = ball + (1 + least_gap) * node.radius;
+    const double most = ball + node.radius, least = ball + (1 + least_gap) * node.radius;
 #pragma GCC ivdep
     for (int i = 0; i < lanes; ++i) {
-        const double away = length[i] > least ? length[i] : 2 * least + 1;
-        const double gap = away - reached, inverse = 1 / away, near = 1 / gap;
-        const double q = gap * inverse, over = away * near;  // 1 − t
-        const double inverse2 = inverse * inverse;
-        scale[i] = (1 + 3 * q) * (over * over) * (inverse2 * inverse2 * inverse) * (outward / whole_sphere);
-        const double rounding = area * (0x1p-38 * inverse2 + 0x1p-43 * reach * (near * near) * near);
-        out[i] = length[i] > least ? scale[i] * cubes + rounding * (outward / whole_sphere) : infinity;
+        const PatchError e = patch_error(length[i] > least ? length[i] : 2 * least + 1, most, area, reach);
+        scale[i] = e.scale;
+        out[i] = length[i] > least ? e.scale * cubes + e.rounding : infinity;
     }
 }
 
