@@ -37,14 +37,15 @@ class ClosestPointTree;  // private to the library
 class ClosestPoints {
 public:
     /// Copies the mesh. \param threads  0: all
-    /// \throws InputError (no triangles, non-finite coordinates, a size over 1e75, indices out of range)
+    /// \throws InputError (no triangles, non-finite coordinates, a size over 1e75, indices out of range),
+    ///         OptionError (threads < 0)
     explicit ClosestPoints(const Mesh& mesh, int threads = 0);
 
     /// The closest point to one point. Allocates nothing. \throws InputError if it is not finite.
     ClosestPoint find(const Vec3& point) const;
 
     /// The same for many: results[i] for points[i]. A non-finite point gets no_triangle and NaN.
-    /// \throws OptionError if the two spans differ in size; Cancelled.
+    /// \throws OptionError if the two spans differ in size, or threads < 0; Cancelled.
     void find(std::span<const Vec3> points, std::span<ClosestPoint> results,
               const ClosestPointOptions& options = {}) const;
 
@@ -66,7 +67,7 @@ struct MeshDistance {
 /// points are quasi-random, and the result is the same bits for any number of threads.
 /// \param samples  0: vertices alone
 /// \param threads  0: all
-/// \throws InputError (as ClosestPoints, for either mesh), Cancelled.
+/// \throws InputError (as ClosestPoints, for either mesh), OptionError (threads < 0), Cancelled.
 MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples = 200'000, int threads = 0,
                            const Progress& progress = {});
 

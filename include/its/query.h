@@ -38,7 +38,7 @@ struct BatchOptions {
 class ClosestSides {
 public:
     /// For the mesh of a shell, in the directions that its triangles have there.
-    /// \throws OptionError if its sign rule is not SignRule::winding; MemoryError
+    /// \throws OptionError if its sign rule is not SignRule::winding, or threads < 0; MemoryError
     explicit ClosestSides(const ThinShell& shell, int threads = 0);
 
     /// \throws InputError if a coordinate is NaN or infinite

@@ -37,7 +37,7 @@ struct VerifyReport {
 /// Checks G1 (containment: samples on M and a proof by interval subdivision), G2 (tightness) and the signs
 /// of grid points (G3). `mesh` should be the mesh that the shell was built from.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, a mesh that does not fit the
-///         shell's root cube), Cancelled.
+///         shell's root cube), OptionError (threads < 0), Cancelled.
 VerifyReport verify(const ThinShell& shell, const Mesh& mesh, const VerifyOptions& options = {});
 
 }  // namespace its

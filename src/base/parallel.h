@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <mutex>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -24,6 +25,10 @@
 /// The one parallel layer. Every loop is cut into chunks whose bounds depend on the count alone, never on the
 /// number of threads: what a chunk computes, and the order of chunks, are the same for any number.
 namespace its {
+
+inline void require_threads(int threads) {
+    if (threads < 0) throw OptionError("threads " + std::to_string(threads) + ": must be 0 or more");
+}
 
 #ifdef ITS_SANITIZE_THREAD
 // ThreadSanitizer cannot see how Debian's TBB synchronises and would call every loop a race. Under it the same
@@ -60,8 +65,10 @@ inline void parallel_sort(std::vector<std::uint64_t>& keys) {
 }
 
 /// Runs fn with at most `threads` threads (0: four).
+/// \throws OptionError if negative
 template <class F>
 auto with_threads(int threads, F&& fn) {
+    require_threads(threads);
     struct Restore {
         int limit = detail::thread_limit;
         ~Restore() { detail::thread_limit = limit; }
@@ -84,8 +91,10 @@ inline void parallel_sort(std::vector<std::uint64_t>& keys) {
 
 /// Runs fn with at most `threads` threads (0: all of the machine), and never more than the machine has: TBB
 /// would print a warning.
+/// \throws OptionError if negative
 template <class F>
 auto with_threads(int threads, F&& fn) {
+    require_threads(threads);
     const int all = oneapi::tbb::info::default_concurrency();
     oneapi::tbb::task_arena arena(threads > 0 ? std::min(threads, all) : all);
     return arena.execute(std::forward<F>(fn));

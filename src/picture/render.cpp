@@ -54,7 +54,7 @@ void check(const RenderOptions& o) {
     require(std::isfinite(o.cut), "the direction of the cuts must be finite");
     require(o.at >= 0 && o.at <= 1, fmt::format("position {} of the cuts: must be 0 to 1", o.at));
     require(o.samples >= 1 && o.samples <= 4096, fmt::format("samples {}: must be 1 to 4096", o.samples));
-    require(o.threads >= 0, fmt::format("threads {}: must be 0 or more", o.threads));
+    require_threads(o.threads);
 }
 
 /// Between the mesh's coordinates and the scene's: units of s, centred, z upwards.

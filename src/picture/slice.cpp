@@ -46,7 +46,7 @@ void check(const SliceOptions& options) {
         throw OptionError(fmt::format("position {} of the plane: must be 0 to 1", options.at));
     if (options.size < 64 || options.size > 8192)
         throw OptionError(fmt::format("size {}: must be 64 to 8192 pixels", options.size));
-    if (options.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", options.threads));
+    require_threads(options.threads);
 }
 
 /// What the large plot shows: centre and sides, mesh units.

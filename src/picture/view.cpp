@@ -43,7 +43,7 @@ void check(const ViewOptions& o) {
         throw OptionError(fmt::format("{} samples of the field: must be 16 to 256", o.field_samples));
     if (o.max_triangles < 1000)
         throw OptionError(fmt::format("at most {} triangles: must be 1000 or more", o.max_triangles));
-    if (o.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", o.threads));
+    require_threads(o.threads);
     if (!has_view())
         throw Error(
             "this build cannot write pages, because npm was missing when it was configured; install nodejs "

@@ -216,7 +216,7 @@ void check_sizes(std::size_t points, std::size_t out) {
 /// run(begin, count) for consecutive blocks.
 template <class Run>
 void for_blocks(std::uint64_t count, const BatchOptions& options, const Run& run) {
-    if (options.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", options.threads));
+    require_threads(options.threads);
     Stage stage(options.progress, "query", count);
     const auto all = [&] {
         for_chunks(count, grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {

@@ -26,7 +26,7 @@ constexpr double lscg_tolerance =
 void check_options(const BuildOptions& options) {
     if (options.depth && (*options.depth < 0 || *options.depth > max_depth))
         throw OptionError(fmt::format("depth {}: must be 0 to {}", *options.depth, max_depth));
-    if (options.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", options.threads));
+    require_threads(options.threads);
 }
 
 /// The rule to use, and one sentence that says why. A rule that is asked for takes the triangles' directions as

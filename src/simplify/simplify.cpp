@@ -44,7 +44,7 @@ std::string_view name(SimplifyMethod method) {
 /// \throws OptionError
 void check_options(const SimplifyOptions& o) {
     const bool certified = o.method == SimplifyMethod::certified;
-    if (o.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", o.threads));
+    require_threads(o.threads);
     if (o.faces && *o.faces == 0) throw OptionError("faces 0: must be at least 1");
     if (o.tolerance && !(*o.tolerance > 0 && std::isfinite(*o.tolerance)))
         throw OptionError(fmt::format("tolerance {}: must be a length above 0, in mesh units", *o.tolerance));

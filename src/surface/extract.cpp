@@ -33,7 +33,7 @@ constexpr std::uint64_t samples = 200'000;  // of measured distances, each way
 void check_options(const SurfaceOptions& options) {
     if (options.resolution < 0 || options.resolution > max_resolution)
         throw OptionError(fmt::format("resolution {}: must be 0 to {}", options.resolution, max_resolution));
-    if (options.threads < 0) throw OptionError(fmt::format("threads {}: must be 0 or more", options.threads));
+    require_threads(options.threads);
     if (options.level && !std::isfinite(*options.level)) throw OptionError("level: must be a finite number");
 }
 

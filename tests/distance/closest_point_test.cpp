@@ -184,6 +184,8 @@ TEST(ClosestPoint, CanBeStopped) {
                               {.threads = 2, .progress = [](std::string_view, double f) { return f < 0.5; }}),
                  Cancelled);
     EXPECT_THROW(closest.find(points, std::span(results).first(5)), OptionError);
+    EXPECT_THROW(closest.find(points, results, {.threads = -1}), OptionError);
+    EXPECT_THROW(ClosestPoints(mesh, -1), OptionError);
 }
 
 TEST(ClosestPoint, AgreesWithCgalOnRealMeshes) {

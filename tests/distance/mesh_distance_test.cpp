@@ -70,6 +70,7 @@ TEST(MeshDistance, RefusesAndStops) {
     const Mesh mesh = zoo::tetrahedron();
     EXPECT_THROW(mesh_distance({}, mesh), InputError);
     EXPECT_THROW(mesh_distance(mesh, {}), InputError);
+    EXPECT_THROW(mesh_distance(mesh, mesh, 10, -1), OptionError);
     EXPECT_THROW(mesh_distance(mesh, mesh, 100'000, 2, [](std::string_view, double f) { return f < 0.5; }),
                  Cancelled);
 }

@@ -80,6 +80,7 @@ TEST_F(Vdb, BadPathsAndOptionsLeaveNothing) {
     EXPECT_THROW(write_vdb(shell, folder / "missing" / "f.vdb"), FileError);
     EXPECT_THROW(write_vdb(shell, folder / "f.vdb", {.half_width = 0}), OptionError);
     EXPECT_THROW(write_vdb(shell, folder / "f.vdb", {.half_width = 1e9}), OptionError);
+    EXPECT_THROW(write_vdb(shell, folder / "f.vdb", {.threads = -1}), OptionError);
     EXPECT_THROW(
         write_vdb(shell, folder / "f.vdb", {.progress = [](std::string_view, double) { return false; }}),
         Cancelled);

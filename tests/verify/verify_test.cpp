@@ -378,6 +378,9 @@ TEST(Verify, RefusesUnusableMeshes) {
     Mesh nan = t.mesh;
     nan.vertices[1].y = std::nan("");
     EXPECT_THROW(verify(shell, nan, quick()), InputError);
+    VerifyOptions options = quick();
+    options.threads = -1;
+    EXPECT_THROW(verify(shell, t.mesh, options), OptionError);
 }
 
 TEST(Verify, CanBeStoppedInEveryStage) {
