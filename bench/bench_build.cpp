@@ -116,6 +116,8 @@ int run(int argc, char** argv) {
         const std::string argument = argv[i];
         if (argument.starts_with("--threads="))
             threads.push_back(std::stoi(argument.substr(10)));
+        else if (argument.starts_with("--"))
+            refuse(argument);
         else
             jobs.push_back(parse(argument));
     }
