@@ -25,8 +25,11 @@ void spread(std::uint32_t mask, Row& out) {
 }
 
 std::uint32_t gather(const Row& row) {
-    std::uint32_t mask = 0;
-    for (int i = 0; i < Octants::lanes; ++i) mask |= std::uint32_t(row[i] != 0) << i;
+    std::uint32_t mask = 0, bit = 1;
+    for (const double value : row) {
+        if (value != 0) mask |= bit;
+        bit <<= 1;
+    }
     return mask;
 }
 
