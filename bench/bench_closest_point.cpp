@@ -161,6 +161,7 @@ void compare(const std::string& path, std::size_t count) {
 }
 
 }  // namespace
+
 int run(int argc, char** argv) {
     std::size_t count = 100'000;
     std::vector<std::string> meshes;

@@ -49,7 +49,7 @@ struct GeneralizedSigns::Cube {
 
 struct GeneralizedSigns::Scratch {
     explicit Scratch(const GeneralizedSigns& signs)
-        : octants(std::size_t(signs.lattice_.depth) + 2, signs.space_),
+        : octants(std::size_t(signs.lattice_.depth) + 3, signs.space_),
           code(octants.size(), ~std::uint64_t{0}) {}
 
     std::vector<Octants> octants;     ///< by level of the cube that they halve
@@ -78,7 +78,7 @@ Octants& GeneralizedSigns::octants(const Cube& cube, Scratch& scratch) const {
     const std::uint64_t code = morton_encode(cube.at);
     Octants& out = scratch.octants[level];
     if (scratch.code[level] == code) return out;
-    const bool top = cube.level > lattice_.depth;
+    const bool top = cube.level > lattice_.depth + 1;  // twice as wide as the root
     const Octants& from = top ? space_ : octants({cube.level + 1, morton_decode(code >> 3)}, scratch);
     Octants::Cubes halves;
     halves.half = 0.5 * double(cube.step()) * lattice_.width;
@@ -160,15 +160,6 @@ bool settles(const WindingEstimate& estimate, std::int32_t crossings, double& ab
 bool GeneralizedSigns::decide_exactly(const Vec3& p, std::int32_t of_mesh) const {
     const WindingEstimate boundary = filling_.boundary_term(p);
     return of_mesh + boundary.value - 0.5 > boundary.error;
-}
-
-/// The same for any point.
-bool GeneralizedSigns::decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling) const {
-    double above = 0;
-    if (filling_.edges() > few_edges &&
-        settles(filling_.winding(p, first_tolerance), of_mesh + of_filling, above))
-        return above > 0;
-    return decide_exactly(p, of_mesh);
 }
 
 /// Bit i is set if point i of the cube's 27 is in the bounding box, and inside(i, crossings of M and of F
@@ -254,13 +245,6 @@ void GeneralizedSigns::refine(double accuracy, std::uint32_t& open, std::uint32_
     open = left;
 }
 
-/// The points of a cube, one by one.
-std::uint32_t GeneralizedSigns::single_points(const Cube& cube) const {
-    return select_points(cube, [&](int i, std::int32_t of_mesh, std::int32_t of_filling) {
-        return decide(position(cube, i), of_mesh, of_filling);
-    });
-}
-
 /// The points that M + F winds around more than `threshold` times.
 std::uint32_t GeneralizedSigns::points_above(const Cube& cube, std::int32_t threshold) const {
     if (threshold == never) return 0;
@@ -276,7 +260,10 @@ bool GeneralizedSigns::inside(std::int64_t x, std::int64_t y, std::int64_t z) co
     std::int32_t of_mesh[3], of_filling[3];
     mesh_lines_.winding(x, y, z, 1, of_mesh);
     filling_lines_.winding(x, y, z, 1, of_filling);
-    return decide(lattice_.position(at), of_mesh[0], of_filling[0]);
+    const Vec3 p = lattice_.position(at);
+    double above = 0;
+    if (settles(filling_.winding(p, first_tolerance), of_mesh[0] + of_filling[0], above)) return above > 0;
+    return decide_exactly(p, of_mesh[0]);
 }
 
 /// The winding number of a point of inside_points(), precise enough to tell how far w = ½ is.
@@ -347,11 +334,10 @@ struct GeneralizedSigns::Found {
 /// A cube of level 1 in which sides may change.
 void GeneralizedSigns::visit_flip(const Cube& cube, Scratch& scratch, Found& found) const {
     const std::uint64_t code = morton_encode(cube.at);
-    const bool top = cube.level > lattice_.depth;
-    const std::uint32_t bits = top ? single_points(cube) : inside_points(cube, scratch);
+    const std::uint32_t bits = inside_points(cube, scratch);
     found.known_cube.push_back(code);
     found.known_inside.push_back(bits);
-    if (!top) find_near(cube, bits, scratch, found.near);
+    find_near(cube, bits, scratch, found.near);
     for (int child = 0; child < 8; ++child) {
         unsigned corners = 0;
         for (int c = 0; c < 8; ++c) corners |= (bits >> group_point(child, c) & 1) << c;
@@ -464,7 +450,7 @@ std::uint32_t GeneralizedSigns::finest_points(const Cube& cube, const Judgement&
     if (judged.decided) return points_above(cube, judged.threshold);
     const std::size_t index = find(known_cube_, morton_encode(cube.at));
     if (index < known_cube_.size()) return known_inside_[index];
-    return cube.level > lattice_.depth ? single_points(cube) : inside_points(cube, scratch);
+    return inside_points(cube, scratch);
 }
 
 /// Which points of a group are inside, from those of the groups below it. These tell it of the cells that they

@@ -62,7 +62,6 @@ private:
     Judgement judge(const Octants& octants, int lane, const Cube& cube) const;
     Judgements judge_halves(const Cube& cube, Scratch& scratch) const;
     std::uint32_t inside_points(const Cube& cube, Scratch& scratch) const;
-    std::uint32_t single_points(const Cube& cube) const;
     std::uint32_t points_above(const Cube& cube, std::int32_t threshold) const;
     static std::size_t find(const std::vector<std::uint64_t>& list, std::uint64_t code);
     Judgements halves_of(const Cube& cube, const Judgement& judged, Scratch& scratch) const;
@@ -74,7 +73,6 @@ private:
     std::uint32_t select_points(const Cube& cube, F&& inside) const;
     void refine(double accuracy, std::uint32_t& open, std::uint32_t& bits, Scratch& scratch) const;
     bool decide_exactly(const Vec3& p, std::int32_t of_mesh) const;
-    bool decide(const Vec3& p, std::int32_t of_mesh, std::int32_t of_filling) const;
     void find_flips(std::vector<std::uint64_t>& cells, std::vector<HolePoints::Point>& near,
                     const Progress& progress);
     void descend(const Cube& cube, int lowest, Scratch& scratch, Found& found) const;

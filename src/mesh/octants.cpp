@@ -58,7 +58,7 @@ void Octants::narrow(const Octants& from, int lane, const Cubes& cubes, double t
 void Octants::start(const Octants& from, int lane, const Cubes& cubes) {
     cubes_ = cubes;
     radius_ = std::numbers::sqrt3 * cubes.half * outward;
-    near_ = {};
+    all_ = {};
     const Expansion& f = from.far_;
     const double error = f.error[lane] + from.rounding(lane);
     errors_ = from.errors_;
@@ -76,7 +76,7 @@ void Octants::start(const Octants& from, int lane, const Cubes& cubes) {
         for (int axis = 0; axis < 3; ++axis) far_.gradient[axis][i] = g[axis] + hb[axis];
         for (int k = 0; k < 6; ++k) far_.hessian[k][i] = f.hessian[k][lane];
         far_.error[i] = error;
-        doubtful_[i] = 0;
+        whole_[i] = doubtful_[i] = 0;
     }
     far_angles_ = {};
     angles_ = {};
@@ -164,8 +164,8 @@ void Octants::patch(std::uint32_t index, std::uint32_t up, Mask mask) {
         patches_.push_back({index, up, mask});
         Mask apart = 0;
         for (int i = 0; i < lanes; ++i) apart |= Mask(error[i] < infinity) << i;
-        add_far(node, length, mask & apart, near_);
-        for (int i = 0; i < lanes; ++i) near_.error[i] += (mask >> i & 1) != 0 ? error[i] : 0.0;
+        add_far(node, length, mask & apart, all_);
+        for (int i = 0; i < lanes; ++i) whole_[i] += (mask >> i & 1) != 0 ? error[i] : 0.0;
         return;
     }
     const std::uint32_t own = node.middle == none ? none : triangle(index, up, mask);
@@ -182,6 +182,11 @@ void Octants::finish() {
     for (int i = 0; i < lanes && count_ > 0; ++i) {
         far_.value[i] += far_angles_.sum(i) / (2 * std::numbers::pi);
         far_.error[i] += far_angles_.error(i, count_) / (2 * std::numbers::pi);
+    }
+    for (int i = 0; i < lanes; ++i) {
+        all_.value[i] += far_.value[i];
+        for (int k = 0; k < 3; ++k) all_.gradient[k][i] += far_.gradient[k][i];
+        for (int k = 0; k < 6; ++k) all_.hessian[k][i] += far_.hessian[k][i];
     }
 }
 
@@ -323,7 +328,7 @@ ITS_CLONES void Octants::expand(const Chord& chord) {
         own_.cubic[i] += far != 0 ? chord.remainder[i] * std::abs(far) : 0.0;
         far_.error[i] += edge_rounding * std::abs(far);
         const double bend = tangent ? chord.remainder[i] : chord.slope[i];
-        near_.error[i] += near != 0 ? bend * std::abs(near) : 0.0;
+        all_.error[i] += near != 0 ? bend * std::abs(near) : 0.0;
         const double g[3] = {f * nx, f * ny, f * nz};
         const double h[6] = {nx * sx,
                              ny * sy,
@@ -333,11 +338,11 @@ ITS_CLONES void Octants::expand(const Chord& chord) {
                              0.5 * (ny * sz + nz * sy)};
         for (int k = 0; k < 3; ++k) {
             far_.gradient[k][i] += wf * g[k];
-            near_.gradient[k][i] += wn * g[k];
+            all_.gradient[k][i] += wn * g[k];
         }
         for (int k = 0; k < 6; ++k) {
             far_.hessian[k][i] += wf * h[k];
-            near_.hessian[k][i] += wn * h[k];
+            all_.hessian[k][i] += wn * h[k];
         }
     }
 }
@@ -414,32 +419,20 @@ ITS_CLONES void Octants::add_far(const Filling::Node& node, const Row& length, M
     }
 }
 
-namespace {
-
-/// Bounds on b·gradient and b·hessian b over a cube: sums of magnitudes.
-template <class E>
-double linear(const E& e, const E* other, int lane) {
+/// Bounds on |gradient·b| and |b·hessian b| in the cube.
+double Octants::linear(const Expansion& e, int lane) const {
     double sum = 0;
-    for (int k = 0; k < 3; ++k)
-        sum += std::abs(e.gradient[k][lane] + (other == nullptr ? 0.0 : other->gradient[k][lane]));
-    return sum;
+    for (const Row& g : e.gradient) sum += std::abs(g[lane]);
+    return sum * cubes_.half;
 }
-template <class E>
-double quadratic(const E& e, const E* other, int lane) {
+double Octants::quadratic(const Expansion& e, int lane) const {
     double sum = 0;
-    for (int k = 0; k < 6; ++k)
-        sum +=
-            (k < 3 ? 1 : 2) * std::abs(e.hessian[k][lane] + (other == nullptr ? 0.0 : other->hessian[k][lane]));
-    return sum;
+    for (int k = 0; k < 6; ++k) sum += (k < 3 ? 1 : 2) * std::abs(e.hessian[k][lane]);
+    return sum * cubes_.half * cubes_.half;
 }
-
-}  // namespace
 
 double Octants::rounding(int lane) const {
-    const double half = cubes_.half;
-    return 32 * unit_roundoff *
-           (std::abs(far_.value[lane]) +
-            (linear<Expansion>(far_, nullptr, lane) + quadratic<Expansion>(far_, nullptr, lane) * half) * half);
+    return 32 * unit_roundoff * (std::abs(far_.value[lane]) + linear(far_, lane) + quadratic(far_, lane));
 }
 
 Octants::Error Octants::own_error(int lane) const {
@@ -466,16 +459,16 @@ double Octants::far_error(int lane, double radius) const {
 }
 
 WindingEstimate Octants::at_centre(int lane) const {
-    return {far_.value[lane] + near_.value[lane] + angles_.sum(lane) / (2 * std::numbers::pi),
-            far_error(lane, 0) + near_.error[lane] + doubtful_[lane] +
+    return {all_.value[lane] + angles_.sum(lane) / (2 * std::numbers::pi),
+            far_error(lane, 0) + whole_[lane] + doubtful_[lane] +
                 angles_.error(lane, count_) / (2 * std::numbers::pi)};
 }
 
-/// What is far is within its error of a quadratic function; what is near within its edges' remainders.
+/// What is far, and what patches left whole add, is within its error of a quadratic function, at the centre as
+/// elsewhere; what is near within its sides' remainders, which are 0 at the centre.
 double Octants::variation(int lane) const {
-    const double half = cubes_.half;
-    return ((linear(far_, &near_, lane) + 0.5 * quadratic(far_, &near_, lane) * half) * half +
-            far_error(lane, 0) + far_error(lane, radius_) + near_.error[lane]) *
+    return (linear(all_, lane) + 0.5 * quadratic(all_, lane) + far_error(lane, 0) + far_error(lane, radius_) +
+            2 * whole_[lane] + all_.error[lane]) *
            outward;
 }
 

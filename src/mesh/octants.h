@@ -92,6 +92,8 @@ private:
     std::uint32_t add_chord(std::uint32_t a, std::uint32_t b);
     Error own_error(int lane) const;
     double far_error(int lane, double radius) const;
+    double linear(const Expansion& e, int lane) const;
+    double quadratic(const Expansion& e, int lane) const;
     double rounding(int lane) const;
 
     // Vector code over lanes.
@@ -117,11 +119,12 @@ private:
     const Filling* filling_;
     double tolerance_ = 0, detail_ = 0;
     Cubes cubes_ = {};
-    double radius_ = 0;    ///< of balls that hold the cubes
-    Expansion far_ = {};   ///< of what is far
-    Expansion near_ = {};  ///< of what is near, for the whole cubes only: a tangent, and patches left whole
-    Errors own_ = {};      ///< of what is far from these cubes, but not from larger ones
-    std::vector<Error> errors_;             ///< of what was far from those
+    double radius_ = 0;          ///< of balls that hold the cubes
+    Expansion far_ = {};         ///< of what is far
+    Expansion all_ = {};         ///< of all of F, but for the values of near triangles; error: of what is near
+    Row whole_ = {};             ///< errors of patches left whole, in all_
+    Errors own_ = {};            ///< of what is far from these cubes, but not from larger ones
+    std::vector<Error> errors_;  ///< of what was far from those
     AngleSums<lanes> far_angles_, angles_;  ///< of far triangles and of near ones, at the centres
     double count_ = 0;                      ///< of both
     Row doubtful_ = {};

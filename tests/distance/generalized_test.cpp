@@ -329,7 +329,37 @@ TEST(GeneralizedSigns, PointsOfAPlaneHoleInALatticePlaneAreAllOutside) {
 }
 
 TEST(GeneralizedSigns, GridPointsGetTheirOwnSign) {
-    for (const auto& [name, mesh] : open_meshes()) {
+    for (const auto& [name, mesh] : open_meshes())
+        for (const int depth : {0, 1, 2, 4}) {
+            Setting s = setting(mesh, depth);
+            GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
+            signs.add_flip_cells(s.voxels, {});
+            const Octree octree = make_octree(depth, s.voxels.cell);
+            std::vector<std::vector<double>> values;
+            for (const Level& level : octree.levels) values.emplace_back(group_points * level.groups(), 1.0);
+            signs.apply(octree, values, {});
+            for (int level = 0; level <= depth; ++level)
+                for (std::uint64_t g = 0; g < octree.levels[std::size_t(level)].groups(); ++g) {
+                    const Cell at = morton_decode(octree.levels[std::size_t(level)].parent[g]);
+                    for (int p = 0; p < group_points; ++p) {
+                        const std::int64_t x = (2 * std::int64_t(at[0]) + p % 3) << level,
+                                           y = (2 * std::int64_t(at[1]) + p / 3 % 3) << level,
+                                           z = (2 * std::int64_t(at[2]) + p / 9) << level;
+                        ASSERT_EQ(values[std::size_t(level)][group_points * g + std::uint64_t(p)] < 0,
+                                  signs.inside(x, y, z))
+                            << name << " level " << level << " at " << x << ' ' << y << ' ' << z << " w "
+                            << solid_angle_winding(mesh, s.lattice.position({x, y, z}));
+                    }
+                }
+        }
+}
+
+/// Distances of 1 cell: they are shortened at the corners of cells with a side along which w passes ½ and no
+/// triangle, to |w − ½| / |∇w|, and nowhere else.
+TEST(GeneralizedSigns, OnlyHolesShortenDistances) {
+    const Named meshes[] = {{"cap", below(zoo::sphere({0, 0, 0}, 1, 2), 2, 0.3)},
+                            {"cut torus", below(zoo::torus(1, 0.4, 24, 10), 0, 0.6)}};
+    for (const auto& [name, mesh] : meshes) {
         Setting s = setting(mesh, 4);
         GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
         signs.add_flip_cells(s.voxels, {});
@@ -337,19 +367,52 @@ TEST(GeneralizedSigns, GridPointsGetTheirOwnSign) {
         std::vector<std::vector<double>> values;
         for (const Level& level : octree.levels) values.emplace_back(group_points * level.groups(), 1.0);
         signs.apply(octree, values, {});
-        for (int level = 0; level <= 4; ++level)
-            for (std::uint64_t g = 0; g < octree.levels[std::size_t(level)].groups(); ++g) {
-                const Cell at = morton_decode(octree.levels[std::size_t(level)].parent[g]);
-                for (int p = 0; p < group_points; ++p) {
-                    const std::int64_t x = (2 * std::int64_t(at[0]) + p % 3) << level,
-                                       y = (2 * std::int64_t(at[1]) + p / 3 % 3) << level,
-                                       z = (2 * std::int64_t(at[2]) + p / 9) << level;
-                    ASSERT_EQ(values[std::size_t(level)][group_points * g + std::uint64_t(p)] < 0,
-                              signs.inside(x, y, z))
-                        << name << " level " << level << " at " << x << ' ' << y << ' ' << z << " w "
-                        << solid_angle_winding(mesh, s.lattice.position({x, y, z}));
+
+        constexpr int n = 32, points = n + 1;
+        const auto index = [](int x, int y, int z) { return std::size_t(x + points * (y + points * z)); };
+        const Box box = bounds(mesh);
+        std::vector<bool> known;  // inside ends at the bounding box
+        std::vector<double> w, expected(std::size_t(points) * points * points, 1.0);
+        for (int i = 0; i < points * points * points; ++i) {
+            const Vec3 p = s.lattice.position({i % points, i / points % points, i / points / points});
+            known.push_back(within(box, p));
+            w.push_back(known.back() ? solid_angle_winding(mesh, p) : 0);
+        }
+        for (int z = 0; z < n; ++z)
+            for (int y = 0; y < n; ++y)
+                for (int x = 0; x < n; ++x) {
+                    const auto corner = [&](int c) {
+                        return index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+                    };
+                    double squares[8] = {};
+                    bool hole = false;
+                    for (int c = 0; c < 8; ++c)
+                        for (const int axis : {1, 2, 4}) {
+                            const double change = w[corner(c)] - w[corner(c ^ axis)];
+                            if (!known[corner(c)] || !known[corner(c ^ axis)] || std::abs(change) >= 0.5)
+                                continue;
+                            squares[c] += change * change;
+                            hole = hole || (w[corner(c)] > 0.5) != (w[corner(c ^ axis)] > 0.5);
+                        }
+                    for (int c = 0; c < 8 && hole; ++c) {
+                        double& d = expected[corner(c)];
+                        if (squares[c] > 0)
+                            d = std::min(d, std::abs(w[corner(c)] - 0.5) / std::sqrt(squares[c]));
+                    }
                 }
+        int shortened = 0;
+        for (std::uint64_t g = 0; g < octree.levels[0].groups(); ++g) {
+            const Cell at = morton_decode(octree.levels[0].parent[g]);
+            for (int p = 0; p < group_points; ++p) {
+                const double d = std::abs(values[0][group_points * g + std::uint64_t(p)]);
+                const double should =
+                    expected[index(int(2 * at[0]) + p % 3, int(2 * at[1]) + p / 3 % 3, int(2 * at[2]) + p / 9)];
+                ASSERT_NEAR(d, should, 0.05) << name;
+                ASSERT_EQ(d == 1, should == 1) << name << ' ' << d << ' ' << should;
+                shortened += should < 1;
             }
+        }
+        EXPECT_GT(shortened, 30) << name;
     }
 }
 
