@@ -8,6 +8,8 @@
 #include <ctime>
 #include <filesystem>
 
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/shell.h"
 #include "main.h"
 #ifdef ITS_BENCH_OPENVDB

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "its/distance.h"
+#include "its/mesh_file.h"
 #include "main.h"
 #include "peer_closest_point.h"
 

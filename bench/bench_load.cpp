@@ -9,8 +9,8 @@
 #include <exception>
 #include <filesystem>
 
-#include "its/io.h"
 #include "its/query.h"
+#include "its/shell_file.h"
 #include "main.h"
 
 namespace its::bench {

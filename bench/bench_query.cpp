@@ -17,6 +17,8 @@
 
 #include "geometry/predicates.h"
 #include "its/distance.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/query.h"
 #include "its/shell.h"
 #include "main.h"
@@ -102,11 +104,11 @@ std::vector<Vec3> near_points(const Mesh& mesh, double off) {
 /// Points in Morton order: what a sweep over a volume looks like.
 std::vector<Vec3> sorted(std::vector<Vec3> points, const Box& root) {
     const auto code = [&](const Vec3& p) {
-        Cell cell;
+        octree::Cell cell;
         for (int axis = 0; axis < 3; ++axis)
             cell[axis] = std::uint32_t(std::clamp(
                 (p[axis] - root.min[axis]) / (root.max[axis] - root.min[axis]) * 2097152.0, 0.0, 2097151.0));
-        return morton_encode(cell);
+        return octree::morton_encode(cell);
     };
     std::ranges::sort(points, {}, code);
     return points;
@@ -144,23 +146,23 @@ void add_statistics(const std::string& name, const PointSet& set, const Query& q
     benchmark::RegisterBenchmark(
         (name + "/" + set.name).c_str(),
         [&set, &query](benchmark::State& state) {
-            const QueryIndex& index = query.index();
-            const ShellData& shell = query.shell().data();
+            const query::QueryIndex& index = query.index();
+            const shell::ShellData& shell = query.shell().data();
             double hit = 0, local = 0, walk = 0, global = 0;
             for (auto _ : state)
                 for (const Vec3& p : set.points) {
                     const Vec3 u = index.to_lattice(p);
                     if (!index.in_root(u)) continue;
-                    const Cell finest = finest_cell(u);
-                    const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest);
+                    const octree::Cell finest = query::finest_cell(u);
+                    const query::Place at = query::descend(index.levels.data(), 0, shell.octree.depth, finest);
                     if (!at.marked) continue;
-                    const SurfacePoint point{at.group, at.child, finest, local_in(u, finest)};
+                    const query::SurfacePoint point{at.group, at.child, finest, query::local_in(u, finest)};
                     double value[8];
-                    const double f = surface_value(index, point, value);
-                    const Decision how = how_decided(index, point);
+                    const double f = query::surface_value(index, point, value);
+                    const query::Decision how = query::how_decided(index, point);
                     hit += 1;
-                    walk += how == Decision::walk;
-                    local += how == Decision::local;
+                    walk += how == query::Decision::walk;
+                    local += how == query::Decision::local;
                     global += f >= shell.epsilon_inner && f <= shell.epsilon_outer;
                 }
             const double count = double(set.points.size()) * double(state.iterations());

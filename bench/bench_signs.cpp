@@ -13,6 +13,8 @@
 #include <random>
 #include <sstream>
 
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/shell.h"
 #include "main.h"
 

@@ -19,6 +19,8 @@
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
 #include "its/distance.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/simplify.h"
 #include "main.h"
 #include "peer_simplify.h"
@@ -42,7 +44,7 @@ Vec3 unit_normal(const Mesh& mesh, const Triangle& t) {
 
 /// Mean angle, in degrees, between the result's normals and those of the mesh at the nearest point; by area, at
 /// four points a triangle.
-double normal_deviation(const Mesh& result, const Mesh& mesh, const ClosestPointTree& tree) {
+double normal_deviation(const Mesh& result, const Mesh& mesh, const distance::ClosestPointTree& tree) {
     double sum = 0, weight = 0;
     for (const Triangle& t : result.triangles) {
         const Vec3 a = result.vertices[t[0]], b = result.vertices[t[1]], c = result.vertices[t[2]];
@@ -77,7 +79,8 @@ public:
         fmt::print("| {} | {} | {:.3f} | {:.5f} | {:.5f} | {:.6f} | {:.6f} | {:.1f} | {} | {} |\n", name,
                    result.triangles.size(), seconds, there.max / diagonal_, back.max / diagonal_,
                    there.root_mean_square / diagonal_, back.root_mean_square / diagonal_,
-                   normal_deviation(result, mesh_, tree_), count_intersections(Complex(result)),
+                   normal_deviation(result, mesh_, tree_),
+                   simplifier::count_intersections(simplifier::Complex(result)),
                    bound ? fmt::format("{:.5f}", *bound / diagonal_) : "");
         std::fflush(stdout);
     }
@@ -105,7 +108,7 @@ public:
 private:
     const Mesh& mesh_;
     const Settings& settings_;
-    ClosestPointTree tree_;
+    distance::ClosestPointTree tree_;
     double diagonal_ = 0;
 };
 

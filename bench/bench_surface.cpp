@@ -12,6 +12,8 @@
 #include <sstream>
 
 #include "its/distance.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/surface.h"
 #include "main.h"
 #include "peer_surfaces.h"

@@ -13,6 +13,7 @@
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
 #include "its/distance.h"
+#include "its/mesh_file.h"
 #include "its/picture.h"
 #include "its/simplify.h"
 #include "main.h"
@@ -29,8 +30,8 @@ using namespace its;
 constexpr int width = 1600, panel_height = 720, foot = 130, samples = 64;
 constexpr double elevation = 14, crease = 40;  // degrees
 constexpr double margin = 0.08;
-constexpr Rgb mesh_paint = {216, 211, 202}, near_paint = {196, 206, 214}, warm_paint = {240, 190, 90},
-              far_paint = {206, 60, 52}, ink = {30, 32, 36}, pale_ink = {100, 104, 112};
+constexpr picture::Rgb mesh_paint = {216, 211, 202}, near_paint = {196, 206, 214}, warm_paint = {240, 190, 90},
+                       far_paint = {206, 60, 52}, ink = {30, 32, 36}, pale_ink = {100, 104, 112};
 
 Box bounds_of(const Mesh& mesh) {
     Box box{mesh.vertices[mesh.triangles[0][0]], mesh.vertices[mesh.triangles[0][0]]};
@@ -54,7 +55,7 @@ Mesh to_scene(Mesh mesh, const Box& box, int up) {
     return mesh;
 }
 
-double distance_of(const Mesh& mesh, const Triangle& t, const ClosestPointTree& tree) {
+double distance_of(const Mesh& mesh, const Triangle& t, const distance::ClosestPointTree& tree) {
     constexpr int steps = 4;
     double worst = 0;
     for (int i = 0; i <= steps; ++i)
@@ -67,16 +68,16 @@ double distance_of(const Mesh& mesh, const Triangle& t, const ClosestPointTree& 
     return std::sqrt(worst);
 }
 
-Body make_body(Mesh mesh, double smooth_below, const Rgb& paint) {
-    Body body{std::move(mesh), {}, {}, to_light(paint)};
+picture::Body make_body(Mesh mesh, double smooth_below, const picture::Rgb& paint) {
+    picture::Body body{std::move(mesh), {}, {}, picture::to_light(paint)};
     if (!body.mesh.triangles.empty()) body.bounds = bounds_of(body.mesh);
-    body.normals = vertex_normals(body.mesh.vertices, body.mesh.triangles, smooth_below);
+    body.normals = mesh::vertex_normals(body.mesh.vertices, body.mesh.triangles, smooth_below);
     return body;
 }
 
 /// The triangles by how far they are: within half the bound, within the bound, beyond.
-std::vector<Body> by_distance(const Mesh& mesh, const Mesh& input, double bound) {
-    const ClosestPointTree tree(input.vertices, input.triangles);
+std::vector<picture::Body> by_distance(const Mesh& mesh, const Mesh& input, double bound) {
+    const distance::ClosestPointTree tree(input.vertices, input.triangles);
     std::vector<Mesh> parts(3, Mesh{mesh.vertices, {}});
     for (const Triangle& t : mesh.triangles) {
         const double d = distance_of(mesh, t, tree);
@@ -88,7 +89,7 @@ std::vector<Body> by_distance(const Mesh& mesh, const Mesh& input, double bound)
 
 struct Panel {
     std::string title, text;
-    std::vector<Body> bodies;
+    std::vector<picture::Body> bodies;
 };
 
 std::string describe(const Mesh& mesh, const Mesh& input, double diagonal) {
@@ -96,13 +97,13 @@ std::string describe(const Mesh& mesh, const Mesh& input, double diagonal) {
     return fmt::format("{} triangles, Hausdorff distance {:.5f}", mesh.triangles.size(), far / diagonal);
 }
 
-void write_key(Image& image, Typesetter& type) {
+void write_key(Image& image, picture::Typesetter& type) {
     double x = 60;
     const double y = panel_height + foot - 22, size = 20;
     for (const auto& [paint, text] : {std::pair{near_paint, "within half the distance that is proven for ITS"},
                                       std::pair{warm_paint, "within that distance"},
                                       std::pair{far_paint, "farther (relative to the diagonal)"}}) {
-        fill(image, {int(x), int(y) - 15, 16, 16}, paint);
+        picture::fill(image, {int(x), int(y) - 15, 16, 16}, paint);
         type.write(image, text, {x + 26, y}, size, pale_ink);
         x += 26 + type.width(text, size) + 50;
     }
@@ -126,22 +127,23 @@ void draw(const std::string& path, std::uint64_t faces, const std::string& out, 
 
     Image image{width, panel_height + foot,
                 std::vector<std::uint8_t>(std::size_t(3) * width * (panel_height + foot), 255)};
-    Typesetter type;
+    picture::Typesetter type;
     const double key = (azimuth - 50) * std::numbers::pi / 180, tangent = 1.3;
-    const Camera camera = orbit_camera(azimuth, elevation);
-    const Footprint print = footprint(camera, input);
+    const picture::Camera camera = picture::orbit_camera(azimuth, elevation);
+    const picture::Footprint print = picture::footprint(camera, input);
     const Vec3 light = (1 / std::hypot(1, tangent)) * Vec3{std::cos(key), std::sin(key), tangent};
     for (int i = 0; i < 3; ++i) {
-        const PixelRect rect{i * width / 3, 0, width / 3, panel_height};
-        std::vector<Exhibit> exhibits;
-        for (const Body& body : panels[i].bodies)
+        const picture::PixelRect rect{i * width / 3, 0, width / 3, panel_height};
+        std::vector<picture::Exhibit> exhibits;
+        for (const picture::Body& body : panels[i].bodies)
             if (!body.mesh.triangles.empty()) exhibits.push_back({&body, {}, {}});
-        draw_studio(image, rect, Studio(exhibits, light, box.min.z, 1.7), fit(camera, print, rect, margin),
-                    samples, {}, "draw");
+        picture::draw_studio(image, rect, picture::Studio(exhibits, light, box.min.z, 1.7),
+                             picture::fit(camera, print, rect, margin), samples, {}, "draw");
         const double x = rect.x + 0.5 * rect.width;
-        type.write(image, panels[i].title, {x, panel_height + 24.0}, 26, ink, Weight::medium, Align::centre);
-        type.write(image, panels[i].text, {x, panel_height + 56.0}, 20, pale_ink, Weight::regular,
-                   Align::centre);
+        type.write(image, panels[i].title, {x, panel_height + 24.0}, 26, ink, picture::Weight::medium,
+                   picture::Align::centre);
+        type.write(image, panels[i].text, {x, panel_height + 56.0}, 20, pale_ink, picture::Weight::regular,
+                   picture::Align::centre);
     }
     write_key(image, type);
     write_png(image, out);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "its/mesh.h"
+#include "its/mesh_file.h"
 #include "main.h"
 
 namespace {

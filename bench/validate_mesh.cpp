@@ -13,6 +13,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "its/mesh_file.h"
 #include "its/shell.h"
 
 namespace {

@@ -5,8 +5,10 @@
 #include <optional>
 
 #include "common.h"
-#include "its/io.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/shell.h"
+#include "its/shell_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -3,7 +3,9 @@
 #include <memory>
 
 #include "common.h"
+#include "its/inspect.h"
 #include "its/mesh.h"
+#include "its/mesh_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -12,6 +12,7 @@
 #include <span>
 #include <system_error>
 
+#include "its/mesh_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -11,6 +11,7 @@
 
 #include "its/base.h"
 #include "its/mesh.h"
+#include "its/mesh_file.h"
 
 /// What all commands share: options, reading with warnings, errors that name a file, progress, interruption.
 namespace its::cli {

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "common.h"
-#include "its/io.h"
+#include "its/shell_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -9,8 +9,8 @@
 
 #include "common.h"
 #include "its/distance.h"
-#include "its/io.h"
 #include "its/points.h"
+#include "its/shell_file.h"
 #include "report.h"
 
 namespace its::cli {

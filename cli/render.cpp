@@ -5,8 +5,8 @@
 #include <tuple>
 
 #include "common.h"
-#include "its/io.h"
 #include "its/picture.h"
+#include "its/shell_file.h"
 #include "report.h"
 
 namespace its::cli {

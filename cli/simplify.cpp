@@ -7,6 +7,7 @@
 
 #include "common.h"
 #include "its/distance.h"
+#include "its/mesh_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -5,8 +5,9 @@
 #include <string>
 
 #include "common.h"
-#include "its/io.h"
+#include "its/mesh_file.h"
 #include "its/picture.h"
+#include "its/shell_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "common.h"
-#include "its/io.h"
+#include "its/mesh_file.h"
+#include "its/shell_file.h"
 #include "its/surface.h"
 #include "its/vdb.h"
 #include "report.h"

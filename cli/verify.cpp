@@ -5,7 +5,8 @@
 #include <memory>
 
 #include "common.h"
-#include "its/io.h"
+#include "its/mesh_file.h"
+#include "its/shell_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -1,4 +1,4 @@
-#include "its/view.h"
+#include "its/page.h"
 
 #include <fmt/core.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common.h"
-#include "its/io.h"
+#include "its/shell_file.h"
 #include "report.h"
 
 namespace its::cli {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "its/mesh.h"
+#include "its/mesh_file.h"
 #include "its/query.h"
 #include "its/shell.h"
 

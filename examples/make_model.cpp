@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "its/mesh_file.h"
 #include "model.h"
 
 namespace {

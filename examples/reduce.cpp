@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "its/mesh.h"
+#include "its/mesh_file.h"
 #include "its/simplify.h"
 
 int main(int argc, char** argv) {

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "its/mesh.h"
+#include "its/mesh_file.h"
 #include "its/surface.h"
 
 int main(int argc, char** argv) {

@@ -28,7 +28,7 @@ foreach(weight Regular Medium)
             PATH_SUFFIXES truetype/roboto/unhinted/RobotoTTF truetype/roboto/unhinted truetype/dejavu
             NO_DEFAULT_PATH REQUIRED)
   string(TOLOWER font_${weight} function)
-  its_embed(${ITS_FONT_${weight}} ${function} ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
+  its_embed(${ITS_FONT_${weight}} picture ${function} ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
   target_sources(its PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
 endforeach()
 

@@ -26,7 +26,9 @@ struct ClosestPointOptions {
     Progress progress = {};
 };
 
+namespace distance {
 class ClosestPointTree;  // private to the library
+}
 
 /// A search tree over a mesh's triangles; some 330 bytes a triangle, about a second per million triangles to
 /// build. Copies share the same data. All members may be called from any number of threads.

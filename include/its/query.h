@@ -49,7 +49,9 @@ private:
     std::shared_ptr<const Data> data_;
 };
 
+namespace query {
 struct QueryIndex;  // private to the library
+}
 
 /// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
 /// milliseconds whatever the size of the shell. All members may be called from any number of threads; those
@@ -118,11 +120,11 @@ public:
     std::uint64_t memory_bytes() const;
 
     /// For the library and its benchmarks.
-    const QueryIndex& index() const { return *index_; }
+    const query::QueryIndex& index() const { return *index_; }
 
 private:
     ThinShell shell_;
-    std::shared_ptr<const QueryIndex> index_;
+    std::shared_ptr<const query::QueryIndex> index_;
 };
 
 }  // namespace its

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "its/base.h"
+#include "its/inspect.h"
 #include "its/mesh.h"
 
 /// The implicit thin shell of a mesh: a function f and two numbers with ε₁ ≤ f ≤ ε₂ on all of M.
@@ -66,12 +67,15 @@ struct BuildTimes {
     double signs = 0;  ///< contained in distance
 };
 
+namespace shell {
 struct ShellData;  // the arrays behind a shell; private to the library
+}
 
 /// An immutable shell; copies share the same data. All members may be called from any number of threads.
 class ThinShell {
 public:
-    explicit ThinShell(std::shared_ptr<const ShellData> data);  ///< for the library: see build() and load()
+    explicit ThinShell(
+        std::shared_ptr<const shell::ShellData> data);  ///< for the library: see build() and load()
 
     const ShellInfo& info() const;
     /// The mesh that the shell was built from; a copy that is made at the first call and shared by all copies
@@ -90,12 +94,12 @@ public:
     /// time, unless the shell was loaded from a file.
     std::uint64_t grid_points() const;
 
-    const ShellData& data() const { return *data_; }  ///< for the library
+    const shell::ShellData& data() const { return *data_; }  ///< for the library
 
 private:
     struct Lazy;
 
-    std::shared_ptr<const ShellData> data_;
+    std::shared_ptr<const shell::ShellData> data_;
     std::shared_ptr<Lazy> lazy_;
 };
 

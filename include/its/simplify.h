@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "its/base.h"
+#include "its/inspect.h"
 #include "its/mesh.h"
 #include "its/shell.h"
 

@@ -9,7 +9,7 @@
 #include "base/simd.h"
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::distance {
 
 namespace {
 
@@ -345,4 +345,4 @@ std::uint64_t ClosestPointTree::memory_bytes() const {
            sizeof(std::uint32_t) * source_.size();
 }
 
-}  // namespace its
+}  // namespace its::distance

@@ -9,7 +9,7 @@
 #include "its/mesh.h"
 
 /// Closest points on M, from a wide bounding volume hierarchy.
-namespace its {
+namespace its::distance {
 
 /// The point of M nearest to a query.
 struct Nearest {
@@ -62,4 +62,4 @@ private:
     std::vector<std::uint32_t> source_;  ///< 8·block + lane → triangle of the mesh
 };
 
-}  // namespace its
+}  // namespace its::distance

@@ -10,6 +10,7 @@
 #include "geometry/vec3.h"
 
 namespace its {
+using namespace distance;
 
 namespace {
 

@@ -13,13 +13,13 @@
 #include "distance/triangle_tree.h"
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::distance {
 
 namespace {
 
 constexpr int lanes = 8;
 constexpr int padded_points = 32;  // 27 points, the last one repeated
-constexpr std::uint32_t all_points = (1u << group_points) - 1;
+constexpr std::uint32_t all_points = (1u << octree::group_points) - 1;
 constexpr double open_factor = 3;  // nodes with more than this many half cubes of radius are opened; measured
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -223,7 +223,7 @@ constexpr std::array<SharedPoints, 8> shared_points = [] {
     std::array<SharedPoints, 8> table{};
     for (int direction = 1; direction < 8; ++direction) {
         SharedPoints& s = table[std::size_t(direction)];
-        for (int p = 0; p < group_points; ++p) {
+        for (int p = 0; p < octree::group_points; ++p) {
             const int at[3] = {p % 3, p / 3 % 3, p / 9}, stride[3] = {1, 3, 9};
             int theirs = p;
             bool shared = true;
@@ -246,19 +246,19 @@ using Neighbours = std::array<std::uint64_t, 8>;
 
 Neighbours alone(std::uint64_t group) {
     Neighbours n;
-    n.fill(no_group);
+    n.fill(octree::no_group);
     n[0] = group;
     return n;
 }
 
 /// Of child `child`, if `n` are those of its parent's group in level `above`.
-Neighbours neighbours_of_child(const Level& above, const Neighbours& n, unsigned child) {
+Neighbours neighbours_of_child(const octree::Level& above, const Neighbours& n, unsigned child) {
     Neighbours result;
     for (unsigned direction = 0; direction < 8; ++direction) {
         const std::uint64_t group = n[direction & ~child];
         const unsigned place = child ^ direction;  // within that group
-        const unsigned mask = group == no_group ? 0u : above.mask[group];
-        result[direction] = mask >> place & 1u ? above.first.rank(group, int(place)) : no_group;
+        const unsigned mask = group == octree::no_group ? 0u : above.mask[group];
+        result[direction] = mask >> place & 1u ? above.first.rank(group, int(place)) : octree::no_group;
     }
     return result;
 }
@@ -286,7 +286,7 @@ struct Inheritance {
 /// One thread's walk over octree and triangle tree.
 class Descent {
 public:
-    Descent(const Octree& octree, const TriangleTree& tree, Solution& solution)
+    Descent(const octree::Octree& octree, const TriangleTree& tree, Solution& solution)
         : octree_(octree),
           tree_(tree),
           solution_(solution),
@@ -303,7 +303,8 @@ public:
         const std::uint64_t group = neighbours[0];
         std::uint32_t known = level == octree_.depth ? 0 : corner_points;
         for (const std::size_t direction : {1, 2, 4, 3, 5, 6, 7}) {
-            if (neighbours[direction] == no_group || (shared_points[direction].bits & ~known) == 0) continue;
+            if (neighbours[direction] == octree::no_group || (shared_points[direction].bits & ~known) == 0)
+                continue;
             copy_shared(level, group, neighbours[direction], shared_points[direction]);
             known |= shared_points[direction].bits;
         }
@@ -332,7 +333,7 @@ public:
     /// Sees the candidates of the group from the centres of its subdivided children's cubes.
     void open(int level, std::uint64_t group) {
         const double half = std::ldexp(0.5, level);
-        const Cell parent = morton_decode(octree_.levels[level].parent[group]);
+        const octree::Cell parent = octree::morton_decode(octree_.levels[level].parent[group]);
         ChildCubes cubes;
         cubes.half = half;
         for (int c = 0; c < lanes; ++c) {
@@ -353,8 +354,8 @@ public:
         Inheritance& to = inherited(level - 1);
         to.seeds = 0;
         for (int corner = 0; corner < 8; ++corner) {
-            const std::uint64_t from = group_points * group + group_point(child, corner);
-            const std::uint64_t at = group_points * child_group + corner_point(corner);
+            const std::uint64_t from = octree::group_points * group + octree::group_point(child, corner);
+            const std::uint64_t at = octree::group_points * child_group + corner_point(corner);
             solution_.distance[level - 1][at] = solution_.distance[level][from];
             const std::uint32_t nearest = solution_.nearest[level][from];
             if (level > 1) solution_.nearest[level - 1][at] = nearest;
@@ -374,16 +375,18 @@ private:
     void copy_shared(int level, std::uint64_t group, std::uint64_t neighbour, const SharedPoints& shared) {
         double* const d = solution_.distance[level].data();
         for (int i = 0; i < shared.count; ++i)
-            d[group_points * group + shared.own[i]] = d[group_points * neighbour + shared.theirs[i]];
+            d[octree::group_points * group + shared.own[i]] =
+                d[octree::group_points * neighbour + shared.theirs[i]];
         if (level == 0) return;
         std::uint32_t* const n = solution_.nearest[level].data();
         for (int i = 0; i < shared.count; ++i)
-            n[group_points * group + shared.own[i]] = n[group_points * neighbour + shared.theirs[i]];
+            n[octree::group_points * group + shared.own[i]] =
+                n[octree::group_points * neighbour + shared.theirs[i]];
     }
 
     void fill_packet(int level, std::uint64_t group, std::uint32_t points) {
         const double step = std::ldexp(1.0, level);
-        const Cell parent = morton_decode(octree_.levels[level].parent[group]);
+        const octree::Cell parent = octree::morton_decode(octree_.levels[level].parent[group]);
         packet_.count = std::popcount(points);
         for (int i = 0; i < (packet_.count + lanes - 1) / lanes * lanes; ++i) {
             const int p = std::countr_zero(points);
@@ -399,10 +402,10 @@ private:
     }
 
     void store(int level, std::uint64_t group) {
-        double* const distance = &solution_.distance[level][group_points * group];
+        double* const distance = &solution_.distance[level][octree::group_points * group];
         for (int i = 0; i < packet_.count; ++i) distance[packet_.point[i]] = std::sqrt(packet_.squared[i]);
         if (level == 0) return;
-        std::uint32_t* const nearest = &solution_.nearest[level][group_points * group];
+        std::uint32_t* const nearest = &solution_.nearest[level][octree::group_points * group];
         for (int i = 0; i < packet_.count; ++i) nearest[packet_.point[i]] = std::uint32_t(packet_.nearest[i]);
     }
 
@@ -413,11 +416,11 @@ private:
     /// from the corners.
     double limit(int level, std::uint64_t group, int child, double at_centre) const {
         const double radius = root[3] * std::ldexp(0.5, level);
-        const double* const known = &solution_.distance[level][group_points * group];
+        const double* const known = &solution_.distance[level][octree::group_points * group];
         double least = infinity, most = 0;
         for (int corner = 0; corner < 8; ++corner) {
-            least = std::min(least, known[group_point(child, corner)]);
-            most = std::max(most, known[group_point(child, corner)]);
+            least = std::min(least, known[octree::group_point(child, corner)]);
+            most = std::max(most, known[octree::group_point(child, corner)]);
         }
         return std::min({at_centre, least + radius, most}) + 2 * radius + 2 * slack_;
     }
@@ -451,7 +454,7 @@ private:
 
     static constexpr double root[4] = {0, 1, std::numbers::sqrt2, std::numbers::sqrt3};
 
-    const Octree& octree_;
+    const octree::Octree& octree_;
     const TriangleTree& tree_;
     Solution& solution_;
     double slack_;  ///< more than the rounding errors of two distances together
@@ -469,7 +472,7 @@ struct Task {
 
 /// fn(child, child group) for each subdivided child, after handing it what it inherits.
 template <class F>
-void for_children(Descent& descent, const Octree& octree, int level, std::uint64_t group, F&& fn) {
+void for_children(Descent& descent, const octree::Octree& octree, int level, std::uint64_t group, F&& fn) {
     descent.open(level, group);
     std::uint64_t child_group = octree.levels[level].first[group];
     for (unsigned mask = octree.levels[level].mask[group]; mask != 0; mask &= mask - 1, ++child_group) {
@@ -480,7 +483,7 @@ void for_children(Descent& descent, const Octree& octree, int level, std::uint64
 }
 
 /// Solves a group and all below it, depth first in Morton order: lower neighbours come before.
-void solve_subtree(Descent& descent, const Octree& octree, int level, const Neighbours& neighbours) {
+void solve_subtree(Descent& descent, const octree::Octree& octree, int level, const Neighbours& neighbours) {
     descent.solve(level, neighbours);
     if (level == 0) return;
     for_children(descent, octree, level, neighbours[0], [&](int child, std::uint64_t) {
@@ -493,13 +496,13 @@ constexpr std::uint64_t enough_tasks = 64;
 
 }  // namespace
 
-std::vector<std::vector<double>> grid_distances(const Octree& octree, std::span<const Vec3> positions,
+std::vector<std::vector<double>> grid_distances(const octree::Octree& octree, std::span<const Vec3> positions,
                                                 std::span<const Triangle> triangles, const Progress& progress) {
     const TriangleTree tree = make_triangle_tree(positions, triangles, std::ldexp(2.0, octree.depth));
     Solution solution;
-    for (const Level& level : octree.levels) {
-        solution.distance.emplace_back(group_points * level.groups());
-        solution.nearest.emplace_back(solution.nearest.empty() ? 0 : group_points * level.groups());
+    for (const octree::Level& level : octree.levels) {
+        solution.distance.emplace_back(octree::group_points * level.groups());
+        solution.nearest.emplace_back(solution.nearest.empty() ? 0 : octree::group_points * level.groups());
     }
 
     std::vector<Task> tasks(1);
@@ -530,4 +533,4 @@ std::vector<std::vector<double>> grid_distances(const Octree& octree, std::span<
     return std::move(solution.distance);
 }
 
-}  // namespace its
+}  // namespace its::distance

@@ -10,6 +10,7 @@
 #include "geometry/vec3.h"
 
 namespace its {
+using namespace distance;
 
 namespace {
 
@@ -71,8 +72,8 @@ MeshDistance combine(const std::vector<MeshDistance>& parts, std::uint64_t sampl
 
 }  // namespace
 
-MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples,
-                           const Progress& progress) {
+MeshDistance distance::mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples,
+                                     const Progress& progress) {
     const ClosestPointTree tree(to.vertices, to.triangles);
     const MeasuredPoints points(from, samples);
     Stage stage(progress, "distances", points.size());

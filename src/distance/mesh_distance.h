@@ -4,7 +4,7 @@
 
 #include "its/distance.h"
 
-namespace its {
+namespace its::distance {
 
 /// The arrays of a mesh, wherever they lie.
 struct MeshView {
@@ -16,4 +16,4 @@ struct MeshView {
 MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples,
                            const Progress& progress);
 
-}  // namespace its
+}  // namespace its::distance

@@ -5,14 +5,14 @@
 #include "distance/closest_point.h"
 #include "mesh/require.h"
 
-namespace its {
+namespace its::distance {
 
 /// \throws InputError if a ClosestPointTree cannot be built over the mesh
 inline void require_searchable(const Mesh& mesh) {
     if (mesh.triangles.size() >= ClosestPointTree::leaf_bit)
         throw InputError(fmt::format("the mesh has {} triangles; at most {} can be searched",
                                      mesh.triangles.size(), ClosestPointTree::leaf_bit - 1));
-    require_usable(mesh, largest_coordinate);
+    mesh::require_usable(mesh, mesh::largest_coordinate);
 }
 
-}  // namespace its
+}  // namespace its::distance

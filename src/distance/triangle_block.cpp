@@ -6,7 +6,7 @@
 
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::distance {
 
 namespace {
 
@@ -126,4 +126,4 @@ std::array<double, 3> barycentric_of_nearest(const TriangleBlock& t, std::uint64
     return result;
 }
 
-}  // namespace its
+}  // namespace its::distance

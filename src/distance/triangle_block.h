@@ -7,7 +7,7 @@
 #include "its/base.h"
 
 /// Distances to eight triangles at a time.
-namespace its {
+namespace its::distance {
 
 /// What the distance to a triangle needs, for eight triangles, one a lane: a frame in which the triangle's
 /// longest edge ab lies on the first axis and c in the upper half plane of the first two. Lanes that have no
@@ -65,4 +65,4 @@ ITS_INLINE double squared_distance(const TriangleBlock& t, std::uint64_t lane, d
 /// nearest to p; by the same decisions as squared_distance().
 std::array<double, 3> barycentric_of_nearest(const TriangleBlock& t, std::uint64_t lane, const Vec3& p);
 
-}  // namespace its
+}  // namespace its::distance

@@ -9,7 +9,7 @@
 #include "base/rounding.h"
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::distance {
 
 namespace {
 
@@ -212,4 +212,4 @@ TriangleTree make_triangle_tree(std::span<const Vec3> positions, std::span<const
     }
 }
 
-}  // namespace its
+}  // namespace its::distance

@@ -10,7 +10,7 @@
 
 /// Triangles in Morton order under an implicit tree of bounding discs: eight nodes of a level, in order, are
 /// the children of one node of the next.
-namespace its {
+namespace its::distance {
 
 struct TriangleTree {
     static constexpr std::uint64_t arity = TriangleBlock::lanes;
@@ -65,4 +65,4 @@ ITS_INLINE double squared_gap(const TriangleTree::Nodes& n, std::uint64_t lane, 
 TriangleTree make_triangle_tree(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                                 double size);
 
-}  // namespace its
+}  // namespace its::distance

@@ -7,7 +7,7 @@
 
 #include "geometry/trilinear.h"
 
-namespace its {
+namespace its::field {
 
 namespace {
 
@@ -25,11 +25,11 @@ int child_of(const Index& finest, int level) {
 
 /// Follows the cells that hold finest cell `finest` from the root down to `level` at most; returns the level
 /// reached, and the cell there.
-int descend(const Octree& octree, const Index& finest, int level, Place& place) {
+int descend(const octree::Octree& octree, const Index& finest, int level, Place& place) {
     place = {0, child_of(finest, octree.depth)};
     int at = octree.depth;
     for (; at > level; --at) {
-        const Level& l = octree.levels[at];
+        const octree::Level& l = octree.levels[at];
         const unsigned mask = l.mask[place.group];
         if (!(mask >> place.child & 1)) break;
         place.group = l.first.rank(place.group, place.child);
@@ -40,8 +40,8 @@ int descend(const Octree& octree, const Index& finest, int level, Place& place) 
 
 /// F_level at a corner (in cells of the level) if it is a grid point of the level. Cells with cell >> shift ==
 /// leaf are known not to exist.
-std::optional<double> grid_value(const Octree& octree, const Field& field, int level, const Index& corner,
-                                 const Index& leaf, int shift) {
+std::optional<double> grid_value(const octree::Octree& octree, const Field& field, int level,
+                                 const Index& corner, const Index& leaf, int shift) {
     const std::int64_t side = std::int64_t{2} << (octree.depth - level);
     for (int around = 0; around < 8; ++around) {
         Index cell, finest;
@@ -55,7 +55,8 @@ std::optional<double> grid_value(const Octree& octree, const Field& field, int l
         if (!usable || in_leaf) continue;
         Place place;
         if (descend(octree, finest, level, place) == level)
-            return field.values[level][group_points * place.group + group_point(place.child, around)];
+            return field
+                .values[level][octree::group_points * place.group + octree::group_point(place.child, around)];
     }
     return std::nullopt;
 }
@@ -64,12 +65,12 @@ std::optional<double> grid_value(const Octree& octree, const Field& field, int l
 /// (components 0, 1 or 2) of a cell: its trilinear interpolation there.
 double at_half(const double* value, const std::array<int, 3>& half) {
     const Vec3 p{0.5 * half[0], 0.5 * half[1], 0.5 * half[2]};
-    return trilinear(value, p);
+    return geometry::trilinear(value, p);
 }
 
 /// Refines the cell, a leaf or a lattice cell in it, to the one of the next finer level that holds `finest`.
 /// Returns whether a hat of the finer level reaches into that one.
-bool refine(const Octree& octree, const Field& field, const Index& finest, int level, const Index& leaf,
+bool refine(const octree::Octree& octree, const Field& field, const Index& finest, int level, const Index& leaf,
             int shift, double* value) {
     double refined[8];
     bool reached = false;
@@ -94,7 +95,7 @@ bool refine(const Octree& octree, const Field& field, const Index& finest, int l
 
 }  // namespace
 
-TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u) {
+TrilinearCell locate(const octree::Octree& octree, const Field& field, const Vec3& u) {
     const std::int64_t last = (std::int64_t{2} << octree.depth) - 1;
     Index finest;
     for (int axis = 0; axis < 3; ++axis) finest[axis] = std::min(std::int64_t(std::floor(u[axis])), last);
@@ -103,7 +104,8 @@ TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u) {
     const int leaf_level = descend(octree, finest, 0, place);
     TrilinearCell cell;
     for (int c = 0; c < 8; ++c)
-        cell.value[c] = field.values[leaf_level][group_points * place.group + group_point(place.child, c)];
+        cell.value[c] =
+            field.values[leaf_level][octree::group_points * place.group + octree::group_point(place.child, c)];
 
     // Carry the corner values of F_j down: finer hats reach into a leaf only from its boundary, and two lattice
     // cells of a level that touch share a corner, so that once no corner is a grid point none will be.
@@ -116,19 +118,20 @@ TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u) {
     return cell;
 }
 
-double coefficient(const Octree& octree, const Field& field, int level, std::uint64_t group, int child,
+double coefficient(const octree::Octree& octree, const Field& field, int level, std::uint64_t group, int child,
                    int corner) {
-    const double value = field.values[level][group_points * group + group_point(child, corner)];
+    const double value = field.values[level][octree::group_points * group + octree::group_point(child, corner)];
     if (level == octree.depth) return value;
     // The parent is a cell of the next level: F_{level+1} is trilinear on it.
     const std::uint64_t parent = octree.levels[level].parent[group];
     const std::uint64_t above = octree.find(level + 1, parent >> 3);
     double coarse[8];
     for (int c = 0; c < 8; ++c)
-        coarse[c] = field.values[level + 1][group_points * above + group_point(int(parent & 7), c)];
+        coarse[c] =
+            field.values[level + 1][octree::group_points * above + octree::group_point(int(parent & 7), c)];
     std::array<int, 3> half;
     for (int axis = 0; axis < 3; ++axis) half[axis] = (child >> axis & 1) + (corner >> axis & 1);
     return value - at_half(coarse, half);
 }
 
-}  // namespace its
+}  // namespace its::field

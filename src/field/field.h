@@ -9,7 +9,7 @@
 #include "octree/octree.h"
 
 /// The function f in lattice coordinates and in units of the finest cell width.
-namespace its {
+namespace its::field {
 
 /// f as cumulative values. Let F_k be the sum of the levels ≥ k of the hierarchical B-spline; then
 /// values[k][27·group + point] = F_k(g), and the coefficient of grid point g is F_k(g) − F_{k+1}(g).
@@ -36,10 +36,10 @@ struct TrilinearCell {
 /// The cell with this point of the root cube (lattice coordinates, 0 ≤ u ≤ 2^(depth+1)) on which f is
 /// trilinear: a finest cell, or in a coarser leaf the first lattice cell,
 /// going down, that no finer hat reaches into.
-TrilinearCell locate(const Octree& octree, const Field& field, const Vec3& u);
+TrilinearCell locate(const octree::Octree& octree, const Field& field, const Vec3& u);
 
 /// The coefficient λ of the grid point at `corner` of child `child` of a group.
-double coefficient(const Octree& octree, const Field& field, int level, std::uint64_t group, int child,
+double coefficient(const octree::Octree& octree, const Field& field, int level, std::uint64_t group, int child,
                    int corner);
 
-}  // namespace its
+}  // namespace its::field

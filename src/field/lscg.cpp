@@ -10,7 +10,7 @@
 
 #include "base/parallel.h"
 
-namespace its {
+namespace its::field {
 namespace {
 
 using Index = std::int64_t;
@@ -18,17 +18,17 @@ using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 using Position = std::array<std::uint32_t, 3>;  // in cell widths of the grid point's own level
 
 std::uint64_t key(const Position& p) {
-    return morton_encode(p);
+    return octree::morton_encode(p);
 }
 
 /// Calls visit(position, index into values[level]) for the 27 points of each group of the level.
 template <class Visit>
-void for_points(const Level& level, Visit&& visit) {
+void for_points(const octree::Level& level, Visit&& visit) {
     for (std::uint64_t group = 0; group < level.groups(); ++group) {
-        const Cell parent = morton_decode(level.parent[group]);
-        for (std::uint32_t point = 0; point < group_points; ++point)
+        const octree::Cell parent = octree::morton_decode(level.parent[group]);
+        for (std::uint32_t point = 0; point < octree::group_points; ++point)
             visit(Position{2 * parent[0] + point % 3, 2 * parent[1] + point / 3 % 3, 2 * parent[2] + point / 9},
-                  group * group_points + point);
+                  group * octree::group_points + point);
     }
 }
 
@@ -36,11 +36,11 @@ void for_points(const Level& level, Visit&& visit) {
 /// same number; levels follow each other, positions are in Morton order.
 class GridPoints {
 public:
-    explicit GridPoints(const Octree& octree)
+    explicit GridPoints(const octree::Octree& octree)
         : points_(octree.levels.size()), first_(octree.levels.size() + 1) {
         for (std::size_t k = 0; k < octree.levels.size(); ++k) {
             auto& points = points_[k];
-            points.reserve(octree.levels[k].groups() * group_points);
+            points.reserve(octree.levels[k].groups() * octree::group_points);
             for_points(octree.levels[k], [&](const Position& p, std::uint64_t) { points.push_back(key(p)); });
             std::ranges::sort(points);
             points.erase(std::unique(points.begin(), points.end()), points.end());
@@ -51,7 +51,9 @@ public:
     int levels() const { return int(points_.size()); }
     Index count() const { return first_.back(); }
     Index first(int level) const { return first_[level]; }
-    Position position(int level, Index i) const { return morton_decode(points_[level][i - first_[level]]); }
+    Position position(int level, Index i) const {
+        return octree::morton_decode(points_[level][i - first_[level]]);
+    }
 
     /// Number of the grid point, or −1 if the level has none there.
     Index find(int level, const Position& p) const {
@@ -135,7 +137,7 @@ double greatest(const Eigen::VectorXd& v) {
 }
 
 /// F_k(g) = Σ_{j ≥ k} Σ_h λ_h B((g − h)/w_j), once for each grid point, then written to all of its groups.
-Field cumulative(const Octree& octree, const GridPoints& grid, const Eigen::VectorXd& coefficients) {
+Field cumulative(const octree::Octree& octree, const GridPoints& grid, const Eigen::VectorXd& coefficients) {
     Eigen::VectorXd value(grid.count());
     Field field;
     for (int k = 0; k < grid.levels(); ++k) {
@@ -146,7 +148,7 @@ Field cumulative(const Octree& octree, const GridPoints& grid, const Eigen::Vect
                 grid.for_hats(j, k, p, [&](Index h, double weight) { sum += weight * coefficients[h]; });
             value[i] = sum;
         }
-        std::vector<double> values(octree.levels[k].groups() * group_points);
+        std::vector<double> values(octree.levels[k].groups() * octree::group_points);
         for_points(octree.levels[k],
                    [&](const Position& p, std::uint64_t at) { values[at] = value[grid.find(k, p)]; });
         field.values.emplace_back(std::move(values));
@@ -156,8 +158,8 @@ Field cumulative(const Octree& octree, const GridPoints& grid, const Eigen::Vect
 
 }  // namespace
 
-Field solve_lscg(const Octree& octree, const Field& distance, double tolerance, const Progress& progress,
-                 LscgReport* report) {
+Field solve_lscg(const octree::Octree& octree, const Field& distance, double tolerance,
+                 const Progress& progress, LscgReport* report) {
     const GridPoints grid(octree);
     Stage assembly(progress, "equations", std::uint64_t(grid.count()));
     const Matrix matrix = make_matrix(grid, assembly);
@@ -193,4 +195,4 @@ Field solve_lscg(const Octree& octree, const Field& distance, double tolerance, 
     return cumulative(octree, grid, coefficients);
 }
 
-}  // namespace its
+}  // namespace its::field

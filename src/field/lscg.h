@@ -7,7 +7,7 @@
 #include "octree/octree.h"
 
 /// The paper's way to the coefficients: one sparse, singular, consistent system for all of them.
-namespace its {
+namespace its::field {
 
 struct LscgReport {
     std::uint64_t equations = 0;   ///< grid points of all levels, each once
@@ -22,7 +22,7 @@ struct LscgReport {
 /// \param tolerance  accept where |f(g) − D(g)| ≤ tolerance × max |D| for every grid point; 1e-12 is attainable
 /// \param report     if not null, receives how it went
 /// \throws Error if the tolerance is not reached, Cancelled
-Field solve_lscg(const Octree& octree, const Field& distance, double tolerance, const Progress& progress,
-                 LscgReport* report = nullptr);
+Field solve_lscg(const octree::Octree& octree, const Field& distance, double tolerance,
+                 const Progress& progress, LscgReport* report = nullptr);
 
-}  // namespace its
+}  // namespace its::field

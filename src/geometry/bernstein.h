@@ -7,7 +7,7 @@
 #include "geometry/vec3.h"
 
 /// Bernstein–Bézier bounds of a trilinear function on a triangle.
-namespace its {
+namespace its::geometry {
 
 /// A vertex of the triangle with the function's value and gradient there, local coordinates.
 struct Sample {
@@ -72,4 +72,4 @@ ITS_INLINE Bounds bernstein_bounds(const double* corners, const Sample& p, const
     return b;
 }
 
-}  // namespace its
+}  // namespace its::geometry

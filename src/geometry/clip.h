@@ -6,7 +6,7 @@
 #include "its/base.h"
 
 /// Clipping a triangle to the unit cell.
-namespace its {
+namespace its::geometry {
 
 /// A convex polygon in one plane. A triangle cut by six half spaces has at most nine vertices; a segment or a
 /// point is a polygon whose vertices lie on a line or coincide. Coordinates past `size` are not set.
@@ -83,4 +83,4 @@ inline Polygon clip_to_cell(const Vec3& a, const Vec3& b, const Vec3& c, double 
     return polygon;
 }
 
-}  // namespace its
+}  // namespace its::geometry

@@ -4,7 +4,7 @@
 #include <boost/multiprecision/cpp_int.hpp>
 #include <span>
 
-namespace its {
+namespace its::geometry {
 namespace {
 
 // Expansions (Priest; Shewchuk 1997): a number as the exact sum of doubles that do not overlap, in ascending
@@ -287,4 +287,4 @@ int segment_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p,
     return degenerate ? 0 : p_side;
 }
 
-}  // namespace its
+}  // namespace its::geometry

@@ -12,7 +12,7 @@
 /// most calls, expansion arithmetic the rest while every coordinate is 0 or has a magnitude in
 /// [1e-90, 1e100], and big integers (some 10 µs) beyond that range. Non-finite coordinates are not allowed.
 /// Needs round-to-nearest and no contraction; see docs/design/geometry.md.
-namespace its {
+namespace its::geometry {
 
 namespace detail {
 
@@ -111,4 +111,4 @@ inline int x_line_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Ve
 int segment_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p, const Vec3& q,
                      bool& degenerate);
 
-}  // namespace its
+}  // namespace its::geometry

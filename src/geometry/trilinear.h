@@ -4,7 +4,7 @@
 #include "its/base.h"
 
 /// Trilinear functions on the unit cell; corner values v in the order x + 2y + 4z.
-namespace its {
+namespace its::geometry {
 
 /// Rounding error, in units of u·V, of trilinear() and of each component of trilinear_with_gradient(), for |v|
 /// ≤ V and local coordinates in [−1/16, 17/16]. Let the arguments of one a + t(b − a) be of size W and err by
@@ -37,4 +37,4 @@ ITS_INLINE double trilinear_with_gradient(const double* v, const Vec3& p, Vec3& 
     return mix(z0, z1, p.z);
 }
 
-}  // namespace its
+}  // namespace its::geometry

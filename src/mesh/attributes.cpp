@@ -12,6 +12,7 @@
 #include "mesh/stars.h"
 
 namespace its {
+using namespace mesh;
 
 namespace {
 
@@ -58,7 +59,8 @@ void check_attributes(const Mesh& mesh, const MeshAttributes& attributes) {
     check_values(attributes.normals, mesh.triangles.size(), "normals");
 }
 
-Wedges wedges_of(std::span<const Triangle> triangles, std::size_t vertices, const MeshAttributes& attributes) {
+Wedges mesh::wedges_of(std::span<const Triangle> triangles, std::size_t vertices,
+                       const MeshAttributes& attributes) {
     const auto order = [&](std::uint64_t a, std::uint64_t b) {
         const int colour = compare(attributes.colours, a, b);
         if (colour != 0) return colour;

@@ -6,7 +6,7 @@
 
 #include "its/mesh.h"
 
-namespace its {
+namespace its::mesh {
 
 /// Corners of triangles, put together where they have the same vertex and the same values.
 struct Wedges {
@@ -17,4 +17,4 @@ struct Wedges {
 /// \param triangles  of vertices below `vertices`; the attributes are theirs
 Wedges wedges_of(std::span<const Triangle> triangles, std::size_t vertices, const MeshAttributes& attributes);
 
-}  // namespace its
+}  // namespace its::mesh

@@ -2,10 +2,10 @@
 
 #include <limits>
 
-#include "mesh/points.h"
+#include "mesh/point_index.h"
 #include "mesh/require.h"
 
-namespace its {
+namespace its::mesh {
 
 Merged merge(const Mesh& mesh) {
     constexpr std::uint32_t unknown = std::numeric_limits<std::uint32_t>::max();
@@ -26,4 +26,4 @@ Merged merge(const Mesh& mesh) {
     return merged;
 }
 
-}  // namespace its
+}  // namespace its::mesh

@@ -8,7 +8,7 @@
 
 #include "its/mesh.h"
 
-namespace its {
+namespace its::mesh {
 
 /// The mesh with vertices at identical positions made one: numbers of positions that triangles use.
 struct Merged {
@@ -63,4 +63,4 @@ void for_edges(const Merged& mesh, Use&& use, F&& fn) {
     }
 }
 
-}  // namespace its
+}  // namespace its::mesh

@@ -10,7 +10,7 @@
 #include "geometry/vec3.h"
 #include "mesh/stars.h"
 
-namespace its {
+namespace its::mesh {
 
 namespace {
 
@@ -108,4 +108,4 @@ CornerValues<Vec3> vertex_normals(std::span<const Vec3> vertices, std::span<cons
     return normals;
 }
 
-}  // namespace its
+}  // namespace its::mesh

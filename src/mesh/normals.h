@@ -5,7 +5,7 @@
 
 #include "its/mesh.h"
 
-namespace its {
+namespace its::mesh {
 
 /// The normal of a triangle, twice its area long.
 Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& triangle);
@@ -18,4 +18,4 @@ Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& triangle);
 CornerValues<Vec3> vertex_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
                                   std::optional<double> crease = {});
 
-}  // namespace its
+}  // namespace its::mesh

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-namespace its {
+namespace its::mesh {
 
 namespace {
 
@@ -31,4 +31,4 @@ void require_usable(const Mesh& mesh, double largest) {
         }
 }
 
-}  // namespace its
+}  // namespace its::mesh

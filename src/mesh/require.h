@@ -4,7 +4,7 @@
 
 #include "its/mesh.h"
 
-namespace its {
+namespace its::mesh {
 
 /// Beyond this magnitude of coordinates, products of distances could overflow.
 inline constexpr double largest_coordinate = 1e75;
@@ -13,4 +13,4 @@ inline constexpr double largest_coordinate = 1e75;
 /// coordinate of a magnitude beyond `largest`. \throws InputError that names the first that does not
 void require_usable(const Mesh& mesh, double largest = std::numeric_limits<double>::max());
 
-}  // namespace its
+}  // namespace its::mesh

@@ -8,7 +8,7 @@
 
 #include "its/mesh.h"
 
-namespace its {
+namespace its::mesh {
 
 /// The corners 3t + k at each vertex: corner[first[v] … first[v + 1]), ascending.
 struct Stars {
@@ -27,4 +27,4 @@ struct Stars {
     }
 };
 
-}  // namespace its
+}  // namespace its::mesh

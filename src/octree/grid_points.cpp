@@ -6,7 +6,7 @@
 #include "base/parallel.h"
 #include "octree/octree.h"
 
-namespace its {
+namespace its::octree {
 
 namespace {
 
@@ -83,4 +83,4 @@ std::uint64_t count_grid_points(const Octree& octree) {
     return std::accumulate(parts.begin(), parts.end(), count);
 }
 
-}  // namespace its
+}  // namespace its::octree

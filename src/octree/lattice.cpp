@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace its {
+namespace its::octree {
 
 namespace {
 
@@ -67,4 +67,4 @@ Lattice make_lattice(const Box& box, int depth) {
     return lattice;
 }
 
-}  // namespace its
+}  // namespace its::octree

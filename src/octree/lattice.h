@@ -9,7 +9,7 @@
 #include "its/mesh.h"
 
 /// The lattice of finest cells. Lattice coordinates count cell widths from the root cube's lower corner.
-namespace its {
+namespace its::octree {
 
 /// Every lattice position is an exact double: the index and the width together have at most 53 bits.
 struct Lattice {
@@ -63,4 +63,4 @@ Box bounds(const Mesh& mesh);
 /// is not in [1e-75, 1e75], outside which exact predicates could overflow.
 Lattice make_lattice(const Box& bounds, int depth);
 
-}  // namespace its
+}  // namespace its::octree

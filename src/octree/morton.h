@@ -5,7 +5,7 @@
 
 /// Morton codes: the bits of x, y, z interleaved, x lowest. A cell's eight children follow it as
 /// (code << 3) | child, child = x + 2y + 4z.
-namespace its {
+namespace its::octree {
 
 using Cell = std::array<std::uint32_t, 3>;  ///< integer coordinates of a cell within its level
 
@@ -37,4 +37,4 @@ inline constexpr Cell morton_decode(std::uint64_t code) {
     return {gather_bits(code), gather_bits(code >> 1), gather_bits(code >> 2)};
 }
 
-}  // namespace its
+}  // namespace its::octree

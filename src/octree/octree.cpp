@@ -4,7 +4,7 @@
 #include <bit>
 #include <utility>
 
-namespace its {
+namespace its::octree {
 
 std::uint64_t Octree::find(int level, std::uint64_t parent) const {
     const auto& parents = levels[level].parent;
@@ -48,4 +48,4 @@ Octree make_octree(int depth, std::span<const std::uint64_t> surface) {
     return octree;
 }
 
-}  // namespace its
+}  // namespace its::octree

@@ -11,7 +11,7 @@
 #include "octree/ranks.h"
 
 /// The sparse octree as Morton-sorted arrays of sibling groups.
-namespace its {
+namespace its::octree {
 
 inline constexpr std::uint64_t no_group = ~std::uint64_t{0};
 
@@ -67,4 +67,4 @@ Octree make_octree(int depth, std::span<const std::uint64_t> surface);
 /// Grid points of all levels: corners of cells, each once a level.
 std::uint64_t count_grid_points(const Octree& octree);
 
-}  // namespace its
+}  // namespace its::octree

@@ -10,7 +10,7 @@
 #include "base/simd.h"
 
 /// Counts of set bits in an array of 8-bit masks.
-namespace its {
+namespace its::octree {
 
 /// ranks[i]: the number of set bits in masks 0 … i − 1, for 0 ≤ i ≤ number of masks. Two bytes a mask, and one
 /// cache line a look-up, since the masks are kept beside their counts.
@@ -62,4 +62,4 @@ private:
     std::vector<Word> words_;
 };
 
-}  // namespace its
+}  // namespace its::octree

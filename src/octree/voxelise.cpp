@@ -14,7 +14,7 @@
 // How vectors wider than the machine's are passed to functions does not matter here: all such are inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-namespace its {
+namespace its::octree {
 
 namespace {
 
@@ -237,4 +237,4 @@ Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> trian
     return voxels;
 }
 
-}  // namespace its
+}  // namespace its::octree

@@ -8,7 +8,7 @@
 #include "its/mesh.h"
 
 /// Conservative voxelisation by hierarchical descent.
-namespace its {
+namespace its::octree {
 
 /// The finest cells that meet M, and the triangles that meet each.
 struct Voxels {
@@ -35,4 +35,4 @@ Voxels voxelise(
 unsigned children_met(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& centre, double half,
                       double dilation, double size);
 
-}  // namespace its
+}  // namespace its::octree

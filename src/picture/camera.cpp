@@ -5,7 +5,7 @@
 
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::picture {
 
 namespace {
 
@@ -58,4 +58,4 @@ Camera fit(Camera camera, const Footprint& f, const PixelRect& rect, double marg
     return camera;
 }
 
-}  // namespace its
+}  // namespace its::picture

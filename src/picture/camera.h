@@ -6,7 +6,7 @@
 #include "picture/canvas.h"
 #include "picture/rays.h"
 
-namespace its {
+namespace its::picture {
 
 /// Looks along `forward`. In the plane at distance 1, a pixel is `pixel` wide and `corner` is the upper left
 /// corner of the picture.
@@ -40,4 +40,4 @@ Footprint footprint(const Camera& camera, const Mesh& mesh);
 /// Fits a body into a rectangle. \param margin  around it, of its size
 Camera fit(Camera camera, const Footprint& body, const PixelRect& rect, double margin);
 
-}  // namespace its
+}  // namespace its::picture

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace its {
+namespace its::picture {
 namespace {
 
 struct Bounds {
@@ -99,4 +99,4 @@ void outline(Image& image, const PixelRect& r, int width, const Rgb& colour, dou
     fill(image, {r.x + r.width - width, r.y + width, width, r.height - 2 * width}, colour, alpha);
 }
 
-}  // namespace its
+}  // namespace its::picture

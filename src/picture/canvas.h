@@ -8,7 +8,7 @@
 #include "picture/colour.h"
 
 /// Drawing with antialiasing. Pixel (x, y) covers [x, x+1) × [y, y+1), y downwards.
-namespace its {
+namespace its::picture {
 
 /// A part of a picture, in whole pixels.
 struct PixelRect {
@@ -52,4 +52,4 @@ void fill(Image& image, const PixelRect& rect, const Rgb& colour, double alpha =
 void draw_line(Image& image, const Segment& segment, double width, const Rgb& colour, double alpha = 1);
 void outline(Image& image, const PixelRect& rect, int width, const Rgb& colour, double alpha = 1);
 
-}  // namespace its
+}  // namespace its::picture

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace its {
+namespace its::picture {
 namespace {
 
 struct Lab {
@@ -81,4 +81,4 @@ double signed_root(double t) {
     return std::copysign(std::sqrt(std::abs(t)), t);
 }
 
-}  // namespace its
+}  // namespace its::picture

@@ -7,7 +7,7 @@
 #include "its/base.h"
 
 /// Colours, and the diverging map of f.
-namespace its {
+namespace its::picture {
 
 using Rgb = std::array<std::uint8_t, 3>;  ///< sRGB
 
@@ -31,4 +31,4 @@ private:
 /// sign(t)·√|t|: spreads the colours near the surface, where they matter.
 double signed_root(double t);
 
-}  // namespace its
+}  // namespace its::picture

@@ -1,4 +1,5 @@
 #include "picture/legend.h"
+#include "its/inspect.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace its {
+namespace its::picture {
 namespace {
 
 constexpr double small = 15, normal = 16.5, title = 30;  // em sizes, units
@@ -192,4 +193,4 @@ double draw_key(const Pen& pen, const ShellInfo& info, double x, double y, doubl
     return y + 28 * u;
 }
 
-}  // namespace its
+}  // namespace its::picture

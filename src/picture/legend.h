@@ -6,7 +6,7 @@
 #include "picture/text.h"
 
 /// Everything around the plots: text, axes, colour bar, key.
-namespace its {
+namespace its::picture {
 
 inline constexpr Rgb ink = {32, 34, 38}, pale_ink = {110, 115, 124}, hairline = {205, 208, 213},
                      paper = {255, 255, 255};
@@ -52,4 +52,4 @@ double draw_colour_bar(const Pen& pen, const DivergingMap& colours, bool has_ins
 /// What the lines are; returns the y below it.
 double draw_key(const Pen& pen, const ShellInfo& info, double x, double y, double width);
 
-}  // namespace its
+}  // namespace its::picture

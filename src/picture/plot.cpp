@@ -8,8 +8,9 @@
 #include "base/parallel.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
+#include "its/inspect.h"
 
-namespace its {
+namespace its::picture {
 namespace {
 
 constexpr std::uint64_t rows_per_chunk = 16;
@@ -47,7 +48,7 @@ Coverage draw_section(const std::vector<Segment>& section, const View& view, dou
 /// ThinShell::value(), for points that are near each other: what is known around the last one is kept.
 class Probe {
 public:
-    explicit Probe(const ShellData& shell) : shell_(shell) {}
+    explicit Probe(const shell::ShellData& shell) : shell_(shell) {}
 
     double value(const Vec3& point) {
         const Vec3 u = shell_.lattice.to_lattice(point);
@@ -55,7 +56,7 @@ public:
         const Vec3 in{std::clamp(u.x, 0.0, cells), std::clamp(u.y, 0.0, cells), std::clamp(u.z, 0.0, cells)};
         if (!known(in)) look_up(in);
         const Vec3 local = (1 / cell_.width) * (in - cell_.corner);
-        return shell_.lattice.width * (trilinear(cell_.value, local) + norm(u - in));
+        return shell_.lattice.width * (geometry::trilinear(cell_.value, local) + norm(u - in));
     }
 
 private:
@@ -66,14 +67,14 @@ private:
     /// Where locate() stops above the finest level, it has seen that no finer hat reaches into the eighth of
     /// its cell that holds the point: there, but not in all of the cell, f is the cell's function.
     void look_up(const Vec3& u) {
-        cell_ = locate(shell_.octree, shell_.field, u);
+        cell_ = field::locate(shell_.octree, shell_.field, u);
         side_ = cell_.width > 1 ? 0.5 * cell_.width : 1.0;
         for (int axis = 0; axis < 3; ++axis)
             low_[axis] = cell_.corner[axis] + side_ * std::floor((u[axis] - cell_.corner[axis]) / side_);
     }
 
-    const ShellData& shell_;
-    TrilinearCell cell_{};
+    const shell::ShellData& shell_;
+    field::TrilinearCell cell_{};
     Vec3 low_;
     double side_ = 0;  // nothing is known yet
 };
@@ -174,4 +175,4 @@ void plot(Image& image, const ThinShell& shell, const Plane& plane, const std::v
                });
 }
 
-}  // namespace its
+}  // namespace its::picture

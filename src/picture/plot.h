@@ -6,7 +6,7 @@
 #include "picture/section.h"
 
 /// Draws f, its contours, cells and the mesh's section into a rectangle of a picture.
-namespace its {
+namespace its::picture {
 
 inline constexpr Rgb inner_colour = {21, 76, 148};  ///< f = ε₁
 inline constexpr Rgb zero_colour = {32, 140, 84};   ///< f = 0
@@ -47,4 +47,4 @@ void plot(Image& image, const ThinShell& shell, const Plane& plane, const std::v
           const std::vector<CellSection>& cells, const View& view, const PlotStyle& style,
           const DivergingMap& colours);
 
-}  // namespace its
+}  // namespace its::picture

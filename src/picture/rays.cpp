@@ -6,7 +6,7 @@
 #include <deque>
 #include <string>
 
-namespace its {
+namespace its::picture {
 namespace {
 
 /// Embree reads 16 bytes for each vertex, hence the padding of its buffers; it does that by itself for those it
@@ -124,4 +124,4 @@ bool RayScene::blocked(const Ray& ray) const {
     return query.tfar < 0;
 }
 
-}  // namespace its
+}  // namespace its::picture

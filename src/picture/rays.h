@@ -9,7 +9,7 @@
 #include "its/mesh.h"
 
 /// Rays against triangles, by Embree.
-namespace its {
+namespace its::picture {
 
 struct Ray {
     Vec3 origin, direction;  ///< the direction is a unit vector
@@ -54,4 +54,4 @@ private:
     std::unique_ptr<Handles> handles_;
 };
 
-}  // namespace its
+}  // namespace its::picture

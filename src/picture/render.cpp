@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "its/inspect.h"
 #include "its/picture.h"
 #include "its/surface.h"
 #include "mesh/normals.h"
@@ -19,6 +20,8 @@
 #include "shell/shell_data.h"
 
 namespace its {
+using namespace picture;
+
 namespace {
 
 // Layout, in units of a thousandth of the picture's width; labels stand in the lower part of each panel.
@@ -82,8 +85,8 @@ private:
 Body make_body(const Mesh& mesh, const Frame& frame, const Rgb& paint) {
     Body body{mesh, {}, {}, to_light(paint)};
     for (Vec3& v : body.mesh.vertices) v = frame.to_scene(v);
-    if (!mesh.triangles.empty()) body.bounds = bounds(body.mesh);
-    body.normals = vertex_normals(body.mesh.vertices, body.mesh.triangles, crease);
+    if (!mesh.triangles.empty()) body.bounds = octree::bounds(body.mesh);
+    body.normals = mesh::vertex_normals(body.mesh.vertices, body.mesh.triangles, crease);
     return body;
 }
 
@@ -106,8 +109,8 @@ bool inside_mesh(const Model& model, const RayScene& mesh, const Vec3& point, co
     if (f > info.epsilon_outer || !model.has_inside()) return false;
     if (f < info.epsilon_inner || info.sign != SignRule::winding) return f <= 0;
     const auto hit = mesh.nearest({point, direction});
-    return hit &&
-           dot(area_vector(model.mesh.mesh.vertices, model.mesh.mesh.triangles[hit->triangle]), direction) > 0;
+    return hit && dot(mesh::area_vector(model.mesh.mesh.vertices, model.mesh.mesh.triangles[hit->triangle]),
+                      direction) > 0;
 }
 
 /// The bodies, each cut a step further than the one in it.

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-namespace its {
+namespace its::picture {
 
 Plane axis_plane(int axis) {
     constexpr Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
@@ -100,13 +100,13 @@ CellSection cut_box(const Vec3& min, const Vec3& max, const Plane& plane) {
 
 /// Walks down the octree along the plane.
 struct CellWalk {
-    const ShellData& shell;
+    const shell::ShellData& shell;
     const Plane& plane;
     std::vector<CellSection> sections;
 
     void group(int level, std::uint64_t index) {
-        const Level& l = shell.octree.levels[std::size_t(level)];
-        const Cell parent = morton_decode(l.parent[index]);
+        const octree::Level& l = shell.octree.levels[std::size_t(level)];
+        const octree::Cell parent = octree::morton_decode(l.parent[index]);
         std::uint64_t child_group = l.first[index];
         for (int child = 0; child < 8; ++child) {
             const bool marked = (l.mask[index] >> child & 1) != 0;
@@ -131,10 +131,10 @@ struct CellWalk {
 
 }  // namespace
 
-std::vector<CellSection> cell_section(const ShellData& shell, const Plane& plane) {
+std::vector<CellSection> cell_section(const shell::ShellData& shell, const Plane& plane) {
     CellWalk walk{shell, plane, {}};
     walk.group(shell.octree.depth, 0);
     return std::move(walk.sections);
 }
 
-}  // namespace its
+}  // namespace its::picture

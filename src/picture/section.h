@@ -8,7 +8,7 @@
 #include "shell/shell_data.h"
 
 /// What a plane cuts out of a shell.
-namespace its {
+namespace its::picture {
 
 /// The plane n·x = offset, with `right` and `up` as the axes of its picture; all three are unit vectors, at
 /// right angles. With the coordinate axes as vectors all of the arithmetic below is exact.
@@ -44,6 +44,6 @@ struct CellSection {
 };
 
 /// The leaf cells that have corners on both sides of the plane; corners on it count as below.
-std::vector<CellSection> cell_section(const ShellData& shell, const Plane& plane);
+std::vector<CellSection> cell_section(const shell::ShellData& shell, const Plane& plane);
 
-}  // namespace its
+}  // namespace its::picture

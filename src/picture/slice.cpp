@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "its/inspect.h"
 #include "its/picture.h"
 #include "mesh/require.h"
 #include "octree/lattice.h"
@@ -17,6 +18,8 @@
 #include "picture/text.h"
 
 namespace its {
+using namespace picture;
+
 namespace {
 
 // Layout, in units of a thousandth of the plot's longer side; type would be too small to read below min_unit
@@ -34,7 +37,7 @@ constexpr double contour_spacing = 0.05;  // of s
 constexpr double inset_thicknesses = 5, inset_cells = 2.5;
 
 void check(const SliceOptions& options) {
-    if (options.mesh) require_usable(*options.mesh);
+    if (options.mesh) mesh::require_usable(*options.mesh);
     if (options.normal && (!finite(*options.normal) || *options.normal == Vec3{}))
         throw OptionError("the normal of the plane must be finite and not zero");
     if (options.through && !finite(*options.through))

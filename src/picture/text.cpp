@@ -12,7 +12,7 @@
 
 #include "picture/fonts.h"
 
-namespace its {
+namespace its::picture {
 namespace {
 
 /// The next code point of UTF-8 text that is known to be valid: all of it is ours or a number.
@@ -92,4 +92,4 @@ void Typesetter::write(Image& image, std::string_view text, Point2 at, double si
     });
 }
 
-}  // namespace its
+}  // namespace its::picture

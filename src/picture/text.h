@@ -5,7 +5,7 @@
 
 #include "picture/canvas.h"
 
-namespace its {
+namespace its::picture {
 
 enum class Weight { regular, medium };
 enum class Align { left, centre, right };
@@ -30,4 +30,4 @@ private:
     std::unique_ptr<Faces> faces_;
 };
 
-}  // namespace its
+}  // namespace its::picture

@@ -8,7 +8,7 @@
 
 #include "base/parallel.h"
 
-namespace its {
+namespace its::picture {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -230,4 +230,4 @@ void draw_studio(Image& image, const PixelRect& rect, const Studio& studio, cons
     });
 }
 
-}  // namespace its
+}  // namespace its::picture

@@ -14,7 +14,7 @@
 
 /// Draws bodies in a studio: one soft key light, a bright dome, a white floor. The scene is in units of s, z
 /// upwards.
-namespace its {
+namespace its::picture {
 
 /// A body of the scene, in the scene's coordinates.
 struct Body {
@@ -71,4 +71,4 @@ private:
 void draw_studio(Image& image, const PixelRect& rect, const Studio& studio, const Camera& camera, int samples,
                  const Progress& progress, std::string_view stage);
 
-}  // namespace its
+}  // namespace its::picture

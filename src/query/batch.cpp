@@ -6,15 +6,17 @@
 
 #include "base/parallel.h"
 #include "geometry/vec3.h"
+#include "its/inspect.h"
 #include "its/query.h"
 #include "query/decide.h"
-#include "query/field.h"
+#include "query/evaluate.h"
 
 // Batches go through blocks of points, stage by stage: a stage is a loop without calls whose iterations are
 // independent, so that it becomes vector code or at least overlaps its cache misses; points that are not
 // settled are compressed into a list for the next one.
 
 namespace its {
+using namespace query;
 
 namespace {
 
@@ -36,7 +38,7 @@ struct Survivors {
     std::uint64_t group[block_points];
 };
 
-ITS_INLINE Cell cell_of(const Block& block, std::uint32_t i) {
+ITS_INLINE octree::Cell cell_of(const Block& block, std::uint32_t i) {
     return finest_cell({block.x[i], block.y[i], block.z[i]});
 }
 
@@ -102,7 +104,7 @@ void decide_survivors(const QueryIndex& index, const Vec3* points, const Block& 
     const bool by_sign = info.sign != SignRule::unsigned_rule && info.solver == Solver::direct;
     for (int k = 0; k < left.count; ++k) {
         const std::uint32_t i = left.point[k];
-        const Cell finest = cell_of(block, i);
+        const octree::Cell finest = cell_of(block, i);
         const Vec3 u{block.x[i], block.y[i], block.z[i]};
         const SurfacePoint at{left.group[k], child_at(finest, 0), finest, local_in(u, finest)};
         int side = 0;
@@ -166,7 +168,7 @@ ITS_CLONES void grid_values(const double* __restrict values, double width, int s
     for (int i = 0; i < count; ++i) {
         const double* const v = values + block.corner[i];
         const double x = block.x[i], y = block.y[i];
-        const auto mix = lerp_exact_at_zero;
+        const auto mix = geometry::lerp_exact_at_zero;
         const double z0 = mix(mix(v[0], v[1], x), mix(v[row], v[row + 1], x), y);
         const double z1 = mix(mix(v[slice], v[slice + 1], x), mix(v[slice + row], v[slice + row + 1], x), y);
         out[i] = width * (mix(z0, z1, block.z[i]) + block.away[i]);

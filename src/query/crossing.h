@@ -5,12 +5,12 @@
 #include "geometry/predicates.h"
 
 /// The exact test of a segment from a point to a displaced grid point against a triangle.
-namespace its {
+namespace its::query {
 
 /// Whether the closed triangle, which may be a segment or a point, holds p. Exact.
 inline bool triangle_holds(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
     bool meet = false;
-    segment_crossing(a, b, c, p, p, meet);
+    geometry::segment_crossing(a, b, c, p, p, meet);
     return meet;
 }
 
@@ -31,11 +31,12 @@ inline bool boxes_meet(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& 
 /// not crossed
 inline int displaced_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p, int p_side,
                               const Vec3& g) {
-    if (p_side == 0 || perturbed_orient3d(a, b, c, g) == p_side) return 0;
+    if (p_side == 0 || geometry::perturbed_orient3d(a, b, c, g) == p_side) return 0;
     // orient3d(p, q, a, b) is orient3d(p, a, b, q), and q = g + ε.
-    const int side = perturbed_orient3d(p, a, b, g);
-    if (perturbed_orient3d(p, b, c, g) != side || perturbed_orient3d(p, c, a, g) != side) return 0;
+    const int side = geometry::perturbed_orient3d(p, a, b, g);
+    if (geometry::perturbed_orient3d(p, b, c, g) != side || geometry::perturbed_orient3d(p, c, a, g) != side)
+        return 0;
     return p_side;
 }
 
-}  // namespace its
+}  // namespace its::query

@@ -1,15 +1,16 @@
 #include "query/decide.h"
 
+#include "its/inspect.h"
 #include "query/crossing.h"
 
-namespace its {
+namespace its::query {
 
 namespace {
 
 /// The end of a monotone walk from a point along x, y and z: the value of f at a corner of the cell.
 /// \param up  1: where f does not fall; −1: where it does not rise; up to rounding, see walk_margin
 double walk(const double (&value)[8], const Vec3& p, double up) {
-    const auto mix = lerp_exact_at_zero;
+    const auto mix = geometry::lerp_exact_at_zero;
     double face[4], edge[2];
     const auto on_face = [&](const double* v) {  // across x: bilinear in y and z
         return mix(mix(v[0], v[2], p.y), mix(v[4], v[6], p.y), p.z);
@@ -34,7 +35,7 @@ int side_by_field(const QueryIndex& index, const SurfacePoint& at, std::uint64_t
     double end = 0;
     if (f > upper + walk_margin) end = walk(value, at.local, 1);
     if (f < lower - walk_margin) end = walk(value, at.local, -1);
-    return detail::sign(end);  // D's sign is exact where D is not 0
+    return geometry::detail::sign(end);  // D's sign is exact where D is not 0
 }
 
 /// Inside by the sign rule, of a winding number.
@@ -52,7 +53,7 @@ struct Goal {
 /// The lowest corner, whose winding number is stored. Where all numbers are 0 or 1 the nearest one, which fewer
 /// triangles part from the point, if the sign of its distance tells the number.
 Goal choose_goal(const QueryIndex& index, const SurfacePoint& at, std::uint64_t cell) {
-    const ShellData& shell = index.shell;
+    const shell::ShellData& shell = index.shell;
     std::array<std::int64_t, 3> corner = {at.finest[0], at.finest[1], at.finest[2]};
     if (!shell.sides.winding.empty()) return {shell.lattice.position(corner), shell.sides.winding[cell]};
     std::int64_t winding = index.levels[0].inside[at.group] >> at.child & 1;
@@ -71,7 +72,7 @@ Goal choose_goal(const QueryIndex& index, const SurfacePoint& at, std::uint64_t 
 /// Signed crossings of the segment from the point to a displaced corner of the cell: all triangles that it can
 /// meet are in the cell's list.
 Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoint& at, std::uint64_t cell) {
-    const ShellData& shell = index.shell;
+    const shell::ShellData& shell = index.shell;
     const Goal goal = choose_goal(index, at, cell);
     std::int64_t winding = goal.winding;
     for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
@@ -79,7 +80,7 @@ Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoin
         const Vec3 &a = shell.mesh.vertices[t[0]], &b = shell.mesh.vertices[t[1]],
                    &c = shell.mesh.vertices[t[2]];
         if (!boxes_meet(a, b, c, p, goal.corner)) continue;
-        const int side = orient3d(a, b, c, p);
+        const int side = geometry::orient3d(a, b, c, p);
         if (side == 0 && triangle_holds(a, b, c, p)) return Side::on_surface;
         winding -= displaced_crossing(a, b, c, p, side, goal.corner);
     }
@@ -90,7 +91,7 @@ Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoin
 bool on_surface(const QueryIndex& index, const Vec3& p) {
     const Vec3 u = index.to_lattice(p);
     if (!index.in_root(u)) return false;
-    const ShellData& shell = index.shell;
+    const shell::ShellData& shell = index.shell;
     const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest_cell(u));
     if (!at.marked) return false;
     for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
@@ -120,8 +121,8 @@ Decision how_decided(const QueryIndex& index, const SurfacePoint& at) {
     if (side_by_field(index, at, cell) == 0) return Decision::local;
     double value[8];
     const double f = surface_value(index, at, value);
-    const SurfaceCells& surface = index.shell.surface;
+    const shell::SurfaceCells& surface = index.shell.surface;
     return side_by_bounds(f, surface.lower[cell], surface.upper[cell]) != 0 ? Decision::bounds : Decision::walk;
 }
 
-}  // namespace its
+}  // namespace its::query

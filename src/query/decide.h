@@ -1,17 +1,18 @@
 #pragma once
 
 #include "geometry/trilinear.h"
+#include "its/inspect.h"
 #include "its/query.h"
 #include "query/index.h"
 
 /// The side of a point in a cell that meets M.
-namespace its {
+namespace its::query {
 
 /// A point in a surface cell.
 struct SurfacePoint {
     std::uint64_t group;  ///< of level 0
     unsigned child;
-    Cell finest;
+    octree::Cell finest;
     Vec3 local;  ///< in the cell, [0, 1)
 };
 
@@ -23,7 +24,7 @@ inline constexpr double walk_margin = 512 * unit_roundoff;
 /// f as ThinShell::value computes it in a surface cell.
 ITS_INLINE double surface_value(const QueryIndex& index, const SurfacePoint& at, double (&value)[8]) {
     corner_values(index.levels[0], at.group, at.child, value);
-    return trilinear(value, at.local);
+    return geometry::trilinear(value, at.local);
 }
 
 /// The side by f and the local bounds [lower, upper] of the surface cell, where they tell it without a walk: 1
@@ -50,4 +51,4 @@ Side decide(const QueryIndex& index, const Vec3& point, const SurfacePoint& at);
 enum class Decision : std::uint8_t { bounds, walk, local };
 Decision how_decided(const QueryIndex& index, const SurfacePoint& at);
 
-}  // namespace its
+}  // namespace its::query

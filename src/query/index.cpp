@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace its {
+namespace its::query {
 
 namespace {
 
@@ -33,18 +33,18 @@ Grid upsampled(Grid& coarse) {
 }
 
 /// F_k at its grid points of level k; elsewhere the grid keeps F_{k+1}.
-void put_level(Grid& grid, const Level& level, const double* values) {
+void put_level(Grid& grid, const octree::Level& level, const double* values) {
     for (std::uint64_t group = 0; group < level.groups(); ++group) {
-        const Cell parent = morton_decode(level.parent[group]);
-        for (std::uint32_t p = 0; p < group_points; ++p)
+        const octree::Cell parent = octree::morton_decode(level.parent[group]);
+        for (std::uint32_t p = 0; p < octree::group_points; ++p)
             grid.at(2 * parent[0] + p % 3, 2 * parent[1] + p / 3 % 3, 2 * parent[2] + p / 9) =
-                values[group_points * group + p];
+                values[octree::group_points * group + p];
     }
 }
 
 /// F_t at all lattice points of level t.
 std::vector<double> coarse_values(const QueryIndex& index) {
-    const Octree& octree = index.shell.octree;
+    const octree::Octree& octree = index.shell.octree;
     if (index.level > octree.depth) return std::vector<double>(8);  // the root cube is subdivided: never read
     Grid grid(2);
     for (int k = octree.depth;; --k) {
@@ -54,7 +54,7 @@ std::vector<double> coarse_values(const QueryIndex& index) {
     }
 }
 
-void fill_cube(QueryIndex& index, const Cell& at, std::uint32_t size, std::uint32_t entry) {
+void fill_cube(QueryIndex& index, const octree::Cell& at, std::uint32_t size, std::uint32_t entry) {
     for (std::uint32_t z = 0; z < size; ++z)
         for (std::uint32_t y = 0; y < size; ++y) {
             const std::uint64_t row = (std::uint64_t{at[2] + z} * index.side + at[1] + y) * index.side + at[0];
@@ -63,7 +63,7 @@ void fill_cube(QueryIndex& index, const Cell& at, std::uint32_t size, std::uint3
 }
 
 /// Says which octants of the undivided cells around a subdivided one its grid points are on.
-void mark_neighbours(QueryIndex& index, const Cell& at) {
+void mark_neighbours(QueryIndex& index, const octree::Cell& at) {
     for (int direction = 0; direction < 27; ++direction) {
         const std::array<int, 3> d = {direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1};
         std::uint64_t place = 0;
@@ -82,32 +82,34 @@ void mark_neighbours(QueryIndex& index, const Cell& at) {
 }
 
 std::vector<std::uint32_t> make_top(QueryIndex& index) {
-    const Octree& octree = index.shell.octree;
+    const octree::Octree& octree = index.shell.octree;
     index.top.assign(std::size_t{index.side} * index.side * index.side + 1, 0);
     for (int k = octree.depth; k >= index.level; --k) {
-        const Level& level = octree.levels[std::size_t(k)];
+        const octree::Level& level = octree.levels[std::size_t(k)];
         const int scale = k - index.level;
         for (std::uint64_t group = 0; group < level.groups(); ++group) {
-            const Cell parent = morton_decode(level.parent[group]);
+            const octree::Cell parent = octree::morton_decode(level.parent[group]);
             for (unsigned c = 0; c < 8; ++c) {
                 const bool in = index.levels[std::size_t(k)].inside[group] >> c & 1;
                 if (level.mask[group] >> c & 1 || !in) continue;
-                const Cell at = {(2 * parent[0] + (c & 1)) << scale, (2 * parent[1] + (c >> 1 & 1)) << scale,
-                                 (2 * parent[2] + (c >> 2)) << scale};
+                const octree::Cell at = {(2 * parent[0] + (c & 1)) << scale,
+                                         (2 * parent[1] + (c >> 1 & 1)) << scale,
+                                         (2 * parent[2] + (c >> 2)) << scale};
                 fill_cube(index, at, 1u << scale, QueryIndex::inside);
             }
         }
     }
-    const Level& below = octree.levels[std::size_t(index.level) - 1];
+    const octree::Level& below = octree.levels[std::size_t(index.level) - 1];
     for (std::uint64_t group = 0; group < below.groups(); ++group)
-        fill_cube(index, morton_decode(below.parent[group]), 1, QueryIndex::subdivided | std::uint32_t(group));
+        fill_cube(index, octree::morton_decode(below.parent[group]), 1,
+                  QueryIndex::subdivided | std::uint32_t(group));
     for (std::uint64_t group = 0; group < below.groups(); ++group)
-        mark_neighbours(index, morton_decode(below.parent[group]));
+        mark_neighbours(index, octree::morton_decode(below.parent[group]));
     return std::move(index.top);
 }
 
 /// The values at the corners of the grid's cell that holds `finest`.
-ITS_INLINE void grid_corners(const QueryIndex& index, const Cell& finest, double (&value)[8]) {
+ITS_INLINE void grid_corners(const QueryIndex& index, const octree::Cell& finest, double (&value)[8]) {
     const std::uint64_t row = index.side + 1;
     const std::uint64_t lowest =
         (std::uint64_t{finest[2] >> index.level} * row + (finest[1] >> index.level)) * row +
@@ -123,7 +125,7 @@ struct Around {
     unsigned present = 0;    ///< bit s: group[s] is there
 };
 
-ITS_INLINE Around around_grid_cell(const QueryIndex& index, const Cell& finest, unsigned octant) {
+ITS_INLINE Around around_grid_cell(const QueryIndex& index, const octree::Cell& finest, unsigned octant) {
     Around around;
     for (unsigned s = 0; s < 8; ++s) {
         std::uint64_t place = 0;
@@ -149,7 +151,7 @@ ITS_INLINE Around descend(const LevelView& level, const Around& from, unsigned o
     for (unsigned s = 0; s < 8; ++s) {  // without branches: which of them are there cannot be foreseen
         const unsigned parent = s & ~(octant ^ next), child = octant ^ s;
         const std::uint64_t group = from.group[parent];
-        const Ranks::Word& word = level.ranks[group / 8];
+        const octree::Ranks::Word& word = level.ranks[group / 8];
         const std::uint64_t bit = std::uint64_t{1} << (8 * (group % 8) + child);
         const std::uint64_t there = word.masks >> (8 * (group % 8) + child) & from.present >> parent & 1;
         around.group[s] = (0 - there) & (word.before + bit_count(word.masks & (bit - 1)));
@@ -200,14 +202,14 @@ ITS_INLINE void refine(const LevelView& finer, const Around& around, unsigned oc
         const unsigned known = around.present & subsets[~(c ^ octant) & 7];
         const unsigned s = unsigned(std::countr_zero(known | 0x100)) & 7;
         const double either[2] = {value[c],
-                                  finer.values[group_points * around.group[s] + points[octant][c][s]]};
+                                  finer.values[octree::group_points * around.group[s] + points[octant][c][s]]};
         value[c] = either[known != 0];
     }
 }
 
 }  // namespace
 
-QueryIndex::QueryIndex(const ShellData& data)
+QueryIndex::QueryIndex(const shell::ShellData& data)
     : shell(data),
       origin(data.lattice.position({0, 0, 0})),
       width(data.lattice.width),
@@ -225,7 +227,7 @@ std::uint64_t QueryIndex::memory_bytes() const {
     return sizeof(*this) + top.size() * sizeof(top[0]) + values.size() * sizeof(values[0]);
 }
 
-ITS_CLONES Patch find_patch(const QueryIndex& index, const Cell& finest) {
+ITS_CLONES Patch find_patch(const QueryIndex& index, const octree::Cell& finest) {
     Patch patch;
     int level = index.level;
     unsigned octant = child_at(finest, level - 1);
@@ -245,7 +247,7 @@ ITS_CLONES Patch find_patch(const QueryIndex& index, const Cell& finest) {
         while (around.present != 0) {
             const LevelView& finer = index.levels[std::size_t(--level)];
             if (around.present & 1) {
-                group = finer.values + group_points * around.group[0];
+                group = finer.values + octree::group_points * around.group[0];
                 child = octant;
             } else {
                 if (group) corner_values(group, child, patch.value);
@@ -264,4 +266,4 @@ ITS_CLONES Patch find_patch(const QueryIndex& index, const Cell& finest) {
     return patch;
 }
 
-}  // namespace its
+}  // namespace its::query

@@ -12,13 +12,13 @@
 
 /// Where a point is in the octree, fast: a dense grid over the coarse levels, and the shell's own arrays below
 /// it. docs/design/query.md has the layout and the alternatives that were measured.
-namespace its {
+namespace its::query {
 
 /// One level of the shell's arrays, without the owners.
 struct LevelView {
     const std::uint8_t* mask = nullptr;
     const std::uint8_t* inside = nullptr;
-    const Ranks::Word* ranks = nullptr;
+    const octree::Ranks::Word* ranks = nullptr;
     const double* values = nullptr;
 };
 
@@ -30,14 +30,14 @@ struct QueryIndex {
     /// and bit o: a grid point of level − 1 is on octant o, so that f is not trilinear there.
     static constexpr std::uint32_t octants = 0xff;
 
-    explicit QueryIndex(const ShellData& shell);
+    explicit QueryIndex(const shell::ShellData& shell);
 
-    std::uint64_t top_index(const Cell& cell) const {
+    std::uint64_t top_index(const octree::Cell& cell) const {
         const auto n = std::uint64_t{side};
         return (std::uint64_t{cell[2] >> level} * n + (cell[1] >> level)) * n + (cell[0] >> level);
     }
 
-    const ShellData& shell;
+    const shell::ShellData& shell;
     Vec3 origin;                     ///< of the lattice, mesh units
     double width = 1;                ///< of a finest cell, mesh units
     double cells = 2;                ///< finest cells per side of the root
@@ -60,27 +60,27 @@ struct QueryIndex {
 };
 
 /// Of a point in the root cube, its upper boundary excluded.
-ITS_INLINE Cell finest_cell(const Vec3& u) {
+ITS_INLINE octree::Cell finest_cell(const Vec3& u) {
     const auto floor = [](double v) { return std::uint32_t(std::int32_t(v)); };
     return {floor(u.x), floor(u.y), floor(u.z)};
 }
 
 /// Of a point in the closed root cube.
-inline Cell clamped_cell(const QueryIndex& index, const Vec3& u) {
-    Cell cell = finest_cell(u);
+inline octree::Cell clamped_cell(const QueryIndex& index, const Vec3& u) {
+    octree::Cell cell = finest_cell(u);
     const std::uint32_t last = (index.side << index.level) - 1;
     for (std::uint32_t& i : cell) i = i < last ? i : last;
     return cell;
 }
 
 /// Exact: u and its floor.
-ITS_INLINE Vec3 local_in(const Vec3& u, const Cell& cell) {
+ITS_INLINE Vec3 local_in(const Vec3& u, const octree::Cell& cell) {
     return {u.x - double(std::int32_t(cell[0])), u.y - double(std::int32_t(cell[1])),
             u.z - double(std::int32_t(cell[2]))};
 }
 
 /// Number of the child, among its siblings, that holds a finest cell on this level.
-ITS_INLINE unsigned child_at(const Cell& finest, int level) {
+ITS_INLINE unsigned child_at(const octree::Cell& finest, int level) {
     return (finest[0] >> level & 1) | (finest[1] >> level & 1) << 1 | (finest[2] >> level & 1) << 2;
 }
 
@@ -103,12 +103,12 @@ ITS_INLINE std::uint64_t bit_count(std::uint64_t v) {
 
 /// Number of mask bits before the child: its group in the level below, or its number as a surface cell.
 ITS_INLINE std::uint64_t rank(const LevelView& level, std::uint64_t group, unsigned child) {
-    const Ranks::Word& word = level.ranks[group / 8];
+    const octree::Ranks::Word& word = level.ranks[group / 8];
     return word.before + bit_count(word.masks & ((std::uint64_t{1} << (8 * (group % 8) + child)) - 1));
 }
 
 /// From a group of level − 1 down to the leaf that holds a finest cell.
-ITS_INLINE Place descend(const LevelView* levels, std::uint64_t group, int level, const Cell& finest) {
+ITS_INLINE Place descend(const LevelView* levels, std::uint64_t group, int level, const octree::Cell& finest) {
     Place at{group, child_at(finest, level), level, false};
     while (levels[at.level].mask[at.group] >> at.child & 1) {
         if (at.level == 0) {
@@ -133,17 +133,17 @@ ITS_INLINE void corner_values(const double* group, unsigned child, double (&valu
 }
 
 ITS_INLINE void corner_values(const LevelView& level, std::uint64_t group, unsigned child, double (&value)[8]) {
-    corner_values(level.values + group_points * group, child, value);
+    corner_values(level.values + octree::group_points * group, child, value);
 }
 
 /// A lattice cell of some level on which f is trilinear.
 struct Patch {
-    Cell cell;  ///< within its level
+    octree::Cell cell;  ///< within its level
     int level;
     double value[8];
 };
 
 /// The patch that holds a finest cell.
-Patch find_patch(const QueryIndex& index, const Cell& finest);
+Patch find_patch(const QueryIndex& index, const octree::Cell& finest);
 
-}  // namespace its
+}  // namespace its::query

@@ -7,10 +7,11 @@
 
 #include "geometry/vec3.h"
 #include "query/decide.h"
-#include "query/field.h"
+#include "query/evaluate.h"
 #include "query/index.h"
 
 namespace its {
+using namespace query;
 
 namespace {
 
@@ -33,7 +34,7 @@ Side Query::classify(const Vec3& point) const {
     }
     if (!constant_off_surface(shell_.info().sign))
         return side_by_sign_of_field(index, point, field_value(index, point));
-    const Cell finest = finest_cell(u);
+    const octree::Cell finest = finest_cell(u);
     const std::uint32_t entry = index.top[index.top_index(finest)];
     if (!(entry & QueryIndex::subdivided)) return entry & QueryIndex::inside ? Side::inside : Side::outside;
     const LevelView* const levels = index.levels.data();

@@ -10,7 +10,7 @@
 #include "its/shell.h"
 #include "octree/lattice.h"
 
-namespace its {
+namespace its::shell {
 
 namespace {
 
@@ -43,7 +43,7 @@ std::uint64_t build_bytes(const BuildSize& size) {
 }
 
 MeshMeasure measure(const Mesh& mesh) {
-    const double scale = make_lattice(bounds(mesh), 0).width;
+    const double scale = octree::make_lattice(octree::bounds(mesh), 0).width;
     std::vector<MeshMeasure> parts(chunk_count(mesh.triangles.size(), triangle_grain));
     for_chunks(mesh.triangles.size(), triangle_grain,
                [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
@@ -126,4 +126,4 @@ int automatic_depth(const Mesh& mesh, std::uint64_t options_limit) {
     return depth;
 }
 
-}  // namespace its
+}  // namespace its::shell

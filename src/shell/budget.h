@@ -5,7 +5,7 @@
 #include "its/mesh.h"
 
 /// How much memory a build takes, before it takes it.
-namespace its {
+namespace its::shell {
 
 /// The numbers that a build's memory depends on.
 struct BuildSize {
@@ -58,4 +58,4 @@ private:
 /// The depth at which a surface cell holds about four triangles, and that fits into `options_limit`.
 int automatic_depth(const Mesh& mesh, std::uint64_t options_limit);
 
-}  // namespace its
+}  // namespace its::shell

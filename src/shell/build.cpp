@@ -7,15 +7,18 @@
 
 #include "base/parallel.h"
 #include "distance/grid_distance.h"
-#include "distance/signs.h"
 #include "field/lscg.h"
-#include "mesh/inspect.h"
+#include "inspect/inspect.h"
+#include "its/inspect.h"
 #include "octree/voxelise.h"
 #include "shell/budget.h"
 #include "shell/extremes.h"
 #include "shell/shell_data.h"
+#include "signs/signs.h"
 
 namespace its {
+
+using namespace shell;
 
 namespace {
 
@@ -46,7 +49,7 @@ std::pair<SignRule, std::string> choose_sign(const MeshReport& report, const Bui
     return {*options.sign, "asked for"};
 }
 
-std::vector<Vec3> lattice_positions(const Mesh& mesh, const Lattice& lattice) {
+std::vector<Vec3> lattice_positions(const Mesh& mesh, const octree::Lattice& lattice) {
     std::vector<Vec3> positions(mesh.vertices.size());
     parallel_for(positions.size(), vertex_grain,
                  [&](std::uint64_t i) { positions[i] = lattice.to_lattice(mesh.vertices[i]); });
@@ -63,21 +66,21 @@ std::uint64_t memory_of(const ShellData& shell) {
     std::uint64_t bytes = bytes_of(surface.lower) + bytes_of(surface.upper) + bytes_of(surface.lists.offset) +
                           bytes_of(surface.lists.bytes) + bytes_of(shell.sides.winding);
     for (const auto& inside : shell.sides.inside) bytes += bytes_of(inside);
-    for (const Level& level : shell.octree.levels)
+    for (const octree::Level& level : shell.octree.levels)
         bytes += bytes_of(level.parent) + bytes_of(level.mask) + level.first.bytes();
     for (const auto& values : shell.field.values) bytes += bytes_of(values);
     return bytes;
 }
 
-std::uint64_t groups_of(const Octree& octree) {
+std::uint64_t groups_of(const octree::Octree& octree) {
     std::uint64_t groups = 0;
-    for (const Level& level : octree.levels) groups += level.groups();
+    for (const octree::Level& level : octree.levels) groups += level.groups();
     return groups;
 }
 
 ShellInfo describe(const ShellData& shell, const MeshReport& report) {
     ShellInfo info;
-    const Lattice& lattice = shell.lattice;
+    const octree::Lattice& lattice = shell.lattice;
     info.depth = lattice.depth;
     info.mesh_closed = report.closed;
     info.mesh_vertices = report.vertices;
@@ -101,19 +104,19 @@ public:
     Builder(const Mesh& mesh, const BuildOptions& options)
         : mesh_(mesh),
           options_(options),
-          inspection_(examine(mesh)),  // throws on what is no mesh
+          inspection_(inspector::examine(mesh)),  // throws on what is no mesh
           depth_(options.depth ? *options.depth : automatic_depth(mesh, options.max_memory)),
           budget_(mesh, depth_, options.max_memory) {
         std::tie(sign_, sign_reason_) = choose_sign(inspection_.report, options);
         budget_.check_expected();
-        shell_->lattice = make_lattice(inspection_.report.bounds, depth_);
+        shell_->lattice = octree::make_lattice(inspection_.report.bounds, depth_);
         positions_ = lattice_positions(mesh, shell_->lattice);
-        oriented_ = options.sign ? mesh : turned(mesh, inspection_.turn);
+        oriented_ = options.sign ? mesh : inspector::turned(mesh, inspection_.turn);
     }
 
     void find_cells() {
         const Stopwatch octree_time;
-        voxels_ = voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(), options_.progress,
+        voxels_ = octree::voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(), options_.progress,
                            [&](int level, std::uint64_t cells, std::uint64_t pairs) {
                                budget_.check_level(level, cells, pairs);
                            });
@@ -124,7 +127,7 @@ public:
         times_.signs = sign_time.seconds();
 
         const Stopwatch tree_time;
-        shell_->octree = make_octree(depth_, voxels_.cell);
+        shell_->octree = octree::make_octree(depth_, voxels_.cell);
         std::vector<std::uint64_t>().swap(voxels_.cell);
         budget_.check({mesh_.triangles.size(), groups_of(shell_->octree), shell_->octree.surface_cells(),
                        voxels_.triangle.size()});
@@ -133,7 +136,7 @@ public:
 
     void find_distances() {
         const Stopwatch distance_time;
-        distance_ = grid_distances(shell_->octree, positions_, mesh_.triangles, options_.progress);
+        distance_ = distance::grid_distances(shell_->octree, positions_, mesh_.triangles, options_.progress);
         times_.distance = distance_time.seconds();
 
         const Stopwatch sign_time;
@@ -145,10 +148,10 @@ public:
 
     void find_field() {
         const Stopwatch time;
-        shell_->field = solve_direct(std::move(distance_));
+        shell_->field = field::solve_direct(std::move(distance_));
         if (options_.solver == Solver::lscg)
             shell_->field =
-                solve_lscg(shell_->octree, shell_->field, lscg_tolerance, options_.progress, nullptr);
+                field::solve_lscg(shell_->octree, shell_->field, lscg_tolerance, options_.progress, nullptr);
         times_.field = time.seconds();
     }
 
@@ -184,7 +187,7 @@ public:
 private:
     const Mesh& mesh_;
     const BuildOptions& options_;
-    Inspection inspection_;
+    inspector::Inspection inspection_;
     int depth_;
     MemoryBudget budget_;
     SignRule sign_ = SignRule::unsigned_rule;
@@ -194,8 +197,8 @@ private:
     std::shared_ptr<ShellData> shell_ = std::make_shared<ShellData>();
     Mesh oriented_;  ///< the mesh, some triangles turned around where the sign rule was left to us
     std::vector<Vec3> positions_;  ///< of its vertices, in lattice coordinates
-    Voxels voxels_;
-    std::optional<Signs> signs_;
+    octree::Voxels voxels_;
+    std::optional<signs::Signs> signs_;
     std::vector<std::vector<double>> distance_;
     double rounding_ = 0;
 };

@@ -6,7 +6,7 @@
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::shell {
 namespace {
 
 /// Taylor expansion of f at a point: exact, since f has no other derivatives.
@@ -43,11 +43,11 @@ struct Search {
     Range range;
 
     Search(const std::array<double, 8>& c, const Vec3& first)
-        : corner(c), range{trilinear(c.data(), first), 0, first, first} {
+        : corner(c), range{geometry::trilinear(c.data(), first), 0, first, first} {
         range.max = range.min;
     }
     void add(const Vec3& p) {
-        const double value = trilinear(corner.data(), p);
+        const double value = geometry::trilinear(corner.data(), p);
         if (value < range.min) range.min = value, range.argmin = p;
         if (value > range.max) range.max = value, range.argmax = p;
     }
@@ -291,4 +291,4 @@ Range candidate_extremes(const std::array<double, 8>& corner, std::span<const Ve
     return search.range;
 }
 
-}  // namespace its
+}  // namespace its::shell

@@ -7,7 +7,7 @@
 
 /// The paper's extremes: a trilinear function takes its extremes over a planar polygon at one of finitely
 /// many candidate points. See docs/design/candidates.md.
-namespace its {
+namespace its::shell {
 
 /// Extremes of a function over a set, and points of the set where they are attained.
 struct Range {
@@ -24,4 +24,4 @@ struct Range {
 ///                 or a segment
 Range candidate_extremes(const std::array<double, 8>& corner, std::span<const Vec3> polygon);
 
-}  // namespace its
+}  // namespace its::shell

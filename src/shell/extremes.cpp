@@ -13,12 +13,12 @@
 #include "geometry/clip.h"
 #include "shell/candidates.h"
 
-namespace its {
+namespace its::shell {
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr Bounds nothing{infinity, -infinity, infinity, -infinity};
+constexpr geometry::Bounds nothing{infinity, -infinity, infinity, -infinity};
 constexpr std::uint64_t group_grain = 256;
 constexpr std::uint64_t cell_grain = 16384;
 constexpr std::uint64_t refined_at_once = 64;  // cells refined between two updates of the attained extremes
@@ -38,9 +38,9 @@ struct CellView {
 /// Surface cells, polygons and bounds of one mesh.
 class Surface {
 public:
-    Surface(const Lattice& lattice, const Octree& octree, const Field& field, std::span<const Vec3> positions,
-            std::span<const Triangle> triangles, std::span<const std::uint64_t> offset,
-            std::span<const std::uint32_t> triangle)
+    Surface(const octree::Lattice& lattice, const octree::Octree& octree, const field::Field& field,
+            std::span<const Vec3> positions, std::span<const Triangle> triangles,
+            std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle)
         : octree_(octree),
           field_(field),
           positions_(positions),
@@ -48,26 +48,28 @@ public:
           offset_(offset),
           triangle_(triangle) {
         const double clipping =
-            (cuts * roundings_per_cut + roundings_of_vertices) * unit_roundoff * lattice.cells();
+            (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) * unit_roundoff *
+            lattice.cells();
         margin_ = lattice.dilation() + clipping;
         // A point of M and the point of a piece that stands for it differ by this per axis.
         displacement_ = lattice.point_error() + 2 * clipping + roundings_of_halvings * unit_roundoff;
     }
 
-    const Level& level() const { return octree_.levels[0]; }
+    const octree::Level& level() const { return octree_.levels[0]; }
     std::uint64_t cells() const { return octree_.surface_cells(); }
     double displacement() const { return displacement_; }
 
     CellView view(std::uint64_t group, int child, std::uint64_t cell) const {
         CellView v{.cell = cell, .corner = {}, .value = {}};
-        const Cell at = morton_decode(level().parent[group] << 3 | std::uint64_t(child));
+        const octree::Cell at = octree::morton_decode(level().parent[group] << 3 | std::uint64_t(child));
         v.corner = {double(at[0]), double(at[1]), double(at[2])};
-        for (int c = 0; c < 8; ++c) v.value[c] = field_.values[0][group_points * group + group_point(child, c)];
+        for (int c = 0; c < 8; ++c)
+            v.value[c] = field_.values[0][octree::group_points * group + octree::group_point(child, c)];
         return v;
     }
 
     CellView view(std::uint64_t cell) const {
-        const CellPlace place = octree_.surface_place(cell);
+        const octree::CellPlace place = octree_.surface_place(cell);
         return view(place.group, place.child, cell);
     }
 
@@ -76,16 +78,16 @@ public:
     void for_polygons(const CellView& v, F&& fn) const {
         for (std::uint64_t p = offset_[v.cell]; p < offset_[v.cell + 1]; ++p) {
             const Triangle& t = triangles_[triangle_[p]];
-            Polygon polygon;
-            clip_to_cell(positions_[t[0]] - v.corner, positions_[t[1]] - v.corner, positions_[t[2]] - v.corner,
-                         margin_, polygon);
+            geometry::Polygon polygon;
+            geometry::clip_to_cell(positions_[t[0]] - v.corner, positions_[t[1]] - v.corner,
+                                   positions_[t[2]] - v.corner, margin_, polygon);
             if (polygon.size > 0) fn(polygon);
         }
     }
 
 private:
-    const Octree& octree_;
-    const Field& field_;
+    const octree::Octree& octree_;
+    const field::Field& field_;
     std::span<const Vec3> positions_;
     std::span<const Triangle> triangles_;
     std::span<const std::uint64_t> offset_;
@@ -116,7 +118,7 @@ struct Steepness {
 /// round.
 double rounding_error(const Steepness& s, double displacement) {
     return 3 * (4.0 / 3.0) * s.slope * displacement +
-           (trilinear_roundings + control_roundings) * unit_roundoff * s.value;
+           (geometry::trilinear_roundings + geometry::control_roundings) * unit_roundoff * s.value;
 }
 
 float rounded_down(double x) {
@@ -129,12 +131,12 @@ float rounded_up(double x) {
 
 /// fn(p, q, r) for each triangle of the polygon's fan; a polygon that is a point or a segment gives one.
 template <class F>
-void for_fan(const double* corners, const Polygon& polygon, F&& fn) {
-    const Sample apex = sample(corners, polygon.vertex(0));
-    Sample last = sample(corners, polygon.vertex(std::min(1, polygon.size - 1)));
+void for_fan(const double* corners, const geometry::Polygon& polygon, F&& fn) {
+    const geometry::Sample apex = geometry::sample(corners, polygon.vertex(0));
+    geometry::Sample last = geometry::sample(corners, polygon.vertex(std::min(1, polygon.size - 1)));
     if (polygon.size < 3) fn(apex, last, last);
     for (int i = 2; i < polygon.size; ++i) {
-        const Sample next = sample(corners, polygon.vertex(i));
+        const geometry::Sample next = geometry::sample(corners, polygon.vertex(i));
         fn(apex, last, next);
         last = next;
     }
@@ -142,15 +144,16 @@ void for_fan(const double* corners, const Polygon& polygon, F&& fn) {
 
 /// Branch and bound in one cell: subdivides the polygons where a bound exceeds the attained extremes by more
 /// than the gap. Returns the cell's bounds, at least as tight as before.
-Bounds refine(const Surface& surface, const CellView& view, double least, double most) {
+geometry::Bounds refine(const Surface& surface, const CellView& view, double least, double most) {
     struct Piece {
-        Sample p, q, r;
+        geometry::Sample p, q, r;
         int halvings;
     };
     std::vector<Piece> pieces;
-    Bounds result = nothing;
-    const auto place = [&](const Sample& p, const Sample& q, const Sample& r, int halvings) {
-        const Bounds b = bernstein_bounds(view.value.data(), p, q, r);
+    geometry::Bounds result = nothing;
+    const auto place = [&](const geometry::Sample& p, const geometry::Sample& q, const geometry::Sample& r,
+                           int halvings) {
+        const geometry::Bounds b = geometry::bernstein_bounds(view.value.data(), p, q, r);
         least = std::min(least, b.least);
         most = std::max(most, b.most);
         const bool open = b.upper > most + extreme_gap || b.lower < least - extreme_gap;
@@ -161,15 +164,17 @@ Bounds refine(const Surface& surface, const CellView& view, double least, double
         result.least = std::min(result.least, b.least);
         result.most = std::max(result.most, b.most);
     };
-    surface.for_polygons(view, [&](const Polygon& polygon) {
+    surface.for_polygons(view, [&](const geometry::Polygon& polygon) {
         for_fan(view.value.data(), polygon,
-                [&](const Sample& p, const Sample& q, const Sample& r) { place(p, q, r, 0); });
+                [&](const geometry::Sample& p, const geometry::Sample& q, const geometry::Sample& r) {
+                    place(p, q, r, 0);
+                });
     });
     for (std::size_t done = 0; done < pieces.size(); ++done) {
         const Piece t = pieces[done];
-        const Sample pq = sample(view.value.data(), 0.5 * (t.p.at + t.q.at));
-        const Sample qr = sample(view.value.data(), 0.5 * (t.q.at + t.r.at));
-        const Sample rp = sample(view.value.data(), 0.5 * (t.r.at + t.p.at));
+        const geometry::Sample pq = geometry::sample(view.value.data(), 0.5 * (t.p.at + t.q.at));
+        const geometry::Sample qr = geometry::sample(view.value.data(), 0.5 * (t.q.at + t.r.at));
+        const geometry::Sample rp = geometry::sample(view.value.data(), 0.5 * (t.r.at + t.p.at));
         place(t.p, pq, rp, t.halvings + 1);
         place(pq, t.q, qr, t.halvings + 1);
         place(rp, qr, t.r, t.halvings + 1);
@@ -188,7 +193,7 @@ void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::v
     }
     std::sort(open.begin(), open.end());
     Stage stage(progress, "extremes, refined", open.size());
-    std::vector<Bounds> refined(refined_at_once);
+    std::vector<geometry::Bounds> refined(refined_at_once);
     for (std::uint64_t begin = 0; begin < open.size(); begin += refined_at_once) {
         const std::uint64_t count = std::min<std::uint64_t>(refined_at_once, open.size() - begin);
         // The attained extremes are fixed during a batch: results do not depend on the threads.
@@ -217,8 +222,8 @@ void paper_extremes(const Surface& surface, double& least, double& most, const P
     for_chunks(groups, group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
         for (std::uint64_t cell = surface.level().first[begin]; cell < surface.level().first[end]; ++cell) {
             const CellView view = surface.view(cell);
-            surface.for_polygons(view, [&](const Polygon& polygon) {
-                std::array<Vec3, Polygon::capacity> vertices;
+            surface.for_polygons(view, [&](const geometry::Polygon& polygon) {
+                std::array<Vec3, geometry::Polygon::capacity> vertices;
                 for (int i = 0; i < polygon.size; ++i) vertices[std::size_t(i)] = polygon.vertex(i);
                 const Range r = candidate_extremes(view.value, {vertices.data(), std::size_t(polygon.size)});
                 found[chunk].min = std::min(found[chunk].min, r.min);
@@ -274,10 +279,10 @@ ITS_CLONES void bound_batch(FanBatch& batch) {
         const double corners[8] = {batch.corner[0][i], batch.corner[1][i], batch.corner[2][i],
                                    batch.corner[3][i], batch.corner[4][i], batch.corner[5][i],
                                    batch.corner[6][i], batch.corner[7][i]};
-        const Sample p = sample(corners, {batch.p[0][i], batch.p[1][i], batch.p[2][i]});
-        const Sample q = sample(corners, {batch.q[0][i], batch.q[1][i], batch.q[2][i]});
-        const Sample r = sample(corners, {batch.r[0][i], batch.r[1][i], batch.r[2][i]});
-        const Bounds b = bernstein_bounds(corners, p, q, r);
+        const geometry::Sample p = geometry::sample(corners, {batch.p[0][i], batch.p[1][i], batch.p[2][i]});
+        const geometry::Sample q = geometry::sample(corners, {batch.q[0][i], batch.q[1][i], batch.q[2][i]});
+        const geometry::Sample r = geometry::sample(corners, {batch.r[0][i], batch.r[1][i], batch.r[2][i]});
+        const geometry::Bounds b = geometry::bernstein_bounds(corners, p, q, r);
         batch.lower[i] = b.lower;
         batch.upper[i] = b.upper;
         batch.least[i] = b.least;
@@ -291,7 +296,7 @@ public:
     ChunkBounds(std::vector<double>& lower, std::vector<double>& upper, Pass& pass)
         : lower_(lower), upper_(upper), pass_(pass) {}
 
-    void add(const CellView& view, const Polygon& polygon) {
+    void add(const CellView& view, const geometry::Polygon& polygon) {
         const Vec3 apex = polygon.vertex(0);
         Vec3 last = polygon.vertex(std::min(1, polygon.size - 1));
         if (polygon.size < 3) add(view, apex, last, last);
@@ -330,7 +335,7 @@ private:
 /// took a cell to be on the safe side and M does not come near it.
 Pass bound_cells(const Surface& surface, std::vector<double>& lower, std::vector<double>& upper,
                  const Progress& progress) {
-    const Level& level = surface.level();
+    const octree::Level& level = surface.level();
     Stage stage(progress, "extremes", level.groups());
     std::vector<Pass> parts(chunk_count(level.groups(), group_grain));
     for_chunks(level.groups(), group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
@@ -343,7 +348,8 @@ Pass bound_cells(const Surface& surface, std::vector<double>& lower, std::vector
                 lower[cell] = infinity;
                 upper[cell] = -infinity;
                 pass.steepness.include(view.value.data());
-                surface.for_polygons(view, [&](const Polygon& polygon) { bounds.add(view, polygon); });
+                surface.for_polygons(view,
+                                     [&](const geometry::Polygon& polygon) { bounds.add(view, polygon); });
             }
         }
         bounds.flush();
@@ -356,7 +362,7 @@ Pass bound_cells(const Surface& surface, std::vector<double>& lower, std::vector
 
 }  // namespace
 
-Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
+Extremes find_extremes(const octree::Lattice& lattice, const octree::Octree& octree, const field::Field& field,
                        std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle,
                        Extrema method, const Progress& progress) {
@@ -388,4 +394,4 @@ Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field
     return result;
 }
 
-}  // namespace its
+}  // namespace its::shell

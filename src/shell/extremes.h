@@ -6,7 +6,7 @@
 #include "shell/shell_data.h"
 
 /// The range of f on M, over all of M and cell by cell.
-namespace its {
+namespace its::shell {
 
 /// All in cell widths. [lower, upper] ⊇ f̂(M), rounding error included; `rounding` is the γ that each side
 /// contains. Not yet joined with 0.
@@ -23,9 +23,9 @@ inline constexpr double extreme_gap = 0x1p-31;
 /// Bounds f on M. γ and the proof are in docs/design/extremes.md.
 /// \param positions  vertices in lattice coordinates, as rounded by Lattice::to_lattice
 /// \param offset, triangle  the triangles that meet each surface cell dilated by lattice.dilation()
-Extremes find_extremes(const Lattice& lattice, const Octree& octree, const Field& field,
+Extremes find_extremes(const octree::Lattice& lattice, const octree::Octree& octree, const field::Field& field,
                        std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const std::uint64_t> offset, std::span<const std::uint32_t> triangle,
                        Extrema method, const Progress& progress);
 
-}  // namespace its
+}  // namespace its::shell

@@ -4,14 +4,14 @@
 #include <cstdint>
 
 #include "base/array.h"
-#include "distance/cell_sides.h"
 #include "field/field.h"
 #include "its/shell.h"
 #include "octree/lattice.h"
 #include "octree/octree.h"
 #include "shell/triangle_lists.h"
+#include "signs/cell_sides.h"
 
-namespace its {
+namespace its::shell {
 
 /// What is known of each surface cell, in the order of the octree's level 0.
 struct SurfaceCells {
@@ -30,11 +30,11 @@ struct MeshArrays {
 /// The arrays behind a ThinShell. Lengths in lattice units (finest cell widths) unless said otherwise.
 struct ShellData {
     MeshArrays mesh;
-    Lattice lattice;
-    Octree octree;
-    Field field;
+    octree::Lattice lattice;
+    octree::Octree octree;
+    field::Field field;
     SurfaceCells surface;
-    CellSides sides;
+    signs::CellSides sides;
     double epsilon_inner = 0, epsilon_outer = 0;
     std::uint64_t grid_points = 0;  ///< 0: not counted
     ShellInfo info;
@@ -46,4 +46,4 @@ struct ShellData {
     }
 };
 
-}  // namespace its
+}  // namespace its::shell

@@ -8,6 +8,7 @@
 #include "shell/shell_data.h"
 
 namespace its {
+using namespace shell;
 
 namespace {
 
@@ -16,7 +17,7 @@ Vec3 clamped(const Vec3& u, double cells) {
     return {std::clamp(u.x, 0.0, cells), std::clamp(u.y, 0.0, cells), std::clamp(u.z, 0.0, cells)};
 }
 
-Vec3 local(const TrilinearCell& cell, const Vec3& u) {
+Vec3 local(const field::TrilinearCell& cell, const Vec3& u) {
     return (1.0 / cell.width) * (u - cell.corner);
 }
 
@@ -47,8 +48,8 @@ double ThinShell::value(const Vec3& point) const {
     if (!finite(point)) return std::numeric_limits<double>::quiet_NaN();
     const Vec3 u = data_->lattice.to_lattice(point);
     const Vec3 in = clamped(u, data_->lattice.cells());
-    const TrilinearCell cell = locate(data_->octree, data_->field, in);
-    return data_->lattice.width * (trilinear(cell.value, local(cell, in)) + norm(u - in));
+    const field::TrilinearCell cell = field::locate(data_->octree, data_->field, in);
+    return data_->lattice.width * (geometry::trilinear(cell.value, local(cell, in)) + norm(u - in));
 }
 
 Vec3 ThinShell::gradient(const Vec3& point) const {
@@ -56,9 +57,9 @@ Vec3 ThinShell::gradient(const Vec3& point) const {
     if (!finite(point)) return {nan, nan, nan};
     const Vec3 u = data_->lattice.to_lattice(point);
     const Vec3 in = clamped(u, data_->lattice.cells());
-    const TrilinearCell cell = locate(data_->octree, data_->field, in);
+    const field::TrilinearCell cell = field::locate(data_->octree, data_->field, in);
     Vec3 gradient;
-    trilinear_with_gradient(cell.value, local(cell, in), gradient);
+    geometry::trilinear_with_gradient(cell.value, local(cell, in), gradient);
     gradient = (1.0 / cell.width) * gradient;
     // Outside: f(clamp(u)) no longer changes along an axis that is clamped; the distance does.
     const Vec3 away = u - in;
@@ -70,7 +71,7 @@ Vec3 ThinShell::gradient(const Vec3& point) const {
 }
 
 std::uint64_t ThinShell::grid_points() const {
-    return data_->grid_points > 0 ? data_->grid_points : count_grid_points(data_->octree);
+    return data_->grid_points > 0 ? data_->grid_points : octree::count_grid_points(data_->octree);
 }
 
 }  // namespace its

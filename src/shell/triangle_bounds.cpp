@@ -10,7 +10,7 @@
 #include "geometry/vec3.h"
 #include "octree/voxelise.h"
 
-namespace its {
+namespace its::shell {
 
 namespace {
 
@@ -22,11 +22,12 @@ struct CellValues {
     std::array<double, 8> value;
     double slope = 0, largest = 0;  ///< steepest edge, largest absolute value
 
-    explicit CellValues(const TrilinearCell& cell, const Vec3& corner) {
+    explicit CellValues(const field::TrilinearCell& cell, const Vec3& corner) {
         for (int c = 0; c < 8; ++c) {
             const Vec3 at = corner + Vec3{double(c & 1), double(c >> 1 & 1), double(c >> 2)};
             value[std::size_t(c)] =
-                cell.width == 1 ? cell.value[c] : trilinear(cell.value, (1 / cell.width) * (at - cell.corner));
+                cell.width == 1 ? cell.value[c]
+                                : geometry::trilinear(cell.value, (1 / cell.width) * (at - cell.corner));
         }
         for (std::size_t c = 0; c < 8; ++c) {
             largest = std::max(largest, std::abs(value[c]));
@@ -39,13 +40,14 @@ struct CellValues {
 };
 
 /// Whether f is proven to be in [lower, upper] on a piece of the triangle.
-bool piece_in(const double* values, const Sample& p, const Sample& q, const Sample& r, double lower,
-              double upper, int halvings) {
-    const Bounds b = bernstein_bounds(values, p, q, r);
+bool piece_in(const double* values, const geometry::Sample& p, const geometry::Sample& q,
+              const geometry::Sample& r, double lower, double upper, int halvings) {
+    const geometry::Bounds b = geometry::bernstein_bounds(values, p, q, r);
     if (b.lower >= lower && b.upper <= upper) return true;
     if (b.least < lower || b.most > upper || halvings == max_halvings) return false;
-    const Sample pq = sample(values, 0.5 * (p.at + q.at)), qr = sample(values, 0.5 * (q.at + r.at)),
-                 rp = sample(values, 0.5 * (r.at + p.at));
+    const geometry::Sample pq = geometry::sample(values, 0.5 * (p.at + q.at)),
+                           qr = geometry::sample(values, 0.5 * (q.at + r.at)),
+                           rp = geometry::sample(values, 0.5 * (r.at + p.at));
     return piece_in(values, p, pq, rp, lower, upper, halvings + 1) &&
            piece_in(values, pq, q, qr, lower, upper, halvings + 1) &&
            piece_in(values, rp, qr, r, lower, upper, halvings + 1) &&
@@ -57,32 +59,34 @@ bool piece_in(const double* values, const Sample& p, const Sample& q, const Samp
 TriangleBounds::TriangleBounds(const ShellData& shell) : shell_(shell) {
     // As in extremes.cpp, whose proof holds for any triangle of the root cube.
     const double size = shell.lattice.cells();
-    const double clipping = (cuts * roundings_per_cut + roundings_of_vertices) * unit_roundoff * size;
+    const double clipping =
+        (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) * unit_roundoff * size;
     margin_ = shell.lattice.point_error() + clipping;
     displacement_ = margin_ + clipping + 2 * max_halvings * unit_roundoff;
     dilation_ = shell.lattice.point_error() + 8 * unit_roundoff * size;
 }
 
 bool TriangleBounds::cell_in_shell(const Corners& t, const Vec3& corner) const {
-    Polygon polygon;
-    clip_to_cell(t.a - corner, t.b - corner, t.c - corner, margin_, polygon);
+    geometry::Polygon polygon;
+    geometry::clip_to_cell(t.a - corner, t.b - corner, t.c - corner, margin_, polygon);
     if (polygon.size == 0) return true;
-    const TrilinearCell cell = locate(shell_.octree, shell_.field, corner + Vec3{0.5, 0.5, 0.5});
+    const field::TrilinearCell cell = field::locate(shell_.octree, shell_.field, corner + Vec3{0.5, 0.5, 0.5});
     const CellValues values(cell, corner);
     // γ of docs/design/extremes.md for this cell; in a coarser leaf the corner values err as an evaluation
     // does, and so does the shipped evaluation, in the leaf's own coordinates.
-    const double gamma = 4 * values.slope * displacement_ +
-                         (3 * trilinear_roundings + control_roundings) * unit_roundoff * values.largest;
+    const double gamma =
+        4 * values.slope * displacement_ +
+        (3 * geometry::trilinear_roundings + geometry::control_roundings) * unit_roundoff * values.largest;
     const double lower = shell_.epsilon_inner + gamma, upper = shell_.epsilon_outer - gamma;
     const double* const v = values.value.data();
     const auto [least, most] = std::minmax_element(values.value.begin(), values.value.end());
     if (*least >= lower && *most <= upper)
         return true;  // all of the cell is inside; γ contains the margin by which the polygon reaches beyond it
-    const Sample apex = sample(v, polygon.vertex(0));
-    Sample last = sample(v, polygon.vertex(std::min(1, polygon.size - 1)));
+    const geometry::Sample apex = geometry::sample(v, polygon.vertex(0));
+    geometry::Sample last = geometry::sample(v, polygon.vertex(std::min(1, polygon.size - 1)));
     if (polygon.size < 3) return piece_in(v, apex, last, last, lower, upper, 0);
     for (int i = 2; i < polygon.size; ++i) {
-        const Sample next = sample(v, polygon.vertex(i));
+        const geometry::Sample next = geometry::sample(v, polygon.vertex(i));
         if (!piece_in(v, apex, last, next, lower, upper, 0)) return false;
         last = next;
     }
@@ -123,7 +127,7 @@ bool TriangleBounds::in_shell(const Vec3& a, const Vec3& b, const Vec3& c) const
             continue;
         }
         const Vec3 centre = corner + 0.5 * Vec3{width, width, width};
-        const unsigned met = children_met(t.a, t.b, t.c, centre, 0.25 * width, dilation_, size);
+        const unsigned met = octree::children_met(t.a, t.b, t.c, centre, 0.25 * width, dilation_, size);
         for (int child = 0; child < 8; ++child)
             if ((met >> child & 1) != 0)
                 stack[count++] = {{2 * cube.at[0] + (child & 1), 2 * cube.at[1] + (child >> 1 & 1),
@@ -133,4 +137,4 @@ bool TriangleBounds::in_shell(const Vec3& a, const Vec3& b, const Vec3& c) const
     return true;
 }
 
-}  // namespace its
+}  // namespace its::shell

@@ -4,7 +4,7 @@
 #include "shell/shell_data.h"
 
 /// f on triangles that are not M's.
-namespace its {
+namespace its::shell {
 
 /// Proves that f stays within bounds on whole triangles: in every finest lattice cell that the triangle meets
 /// it is clipped, and bounded by its Bernstein–Bézier control values. See docs/design/simplify.md.
@@ -27,4 +27,4 @@ private:
     double dilation_, margin_, displacement_;
 };
 
-}  // namespace its
+}  // namespace its::shell

@@ -5,7 +5,7 @@
 
 #include "base/parallel.h"
 
-namespace its {
+namespace its::shell {
 
 namespace {
 
@@ -76,7 +76,7 @@ TriangleList TriangleLists::list(std::uint64_t group, int number, std::uint64_t 
     return {take_list(rest), limit};
 }
 
-TriangleLists pack_lists(const Level& level, std::span<const std::uint64_t> offset,
+TriangleLists pack_lists(const octree::Level& level, std::span<const std::uint64_t> offset,
                          std::span<const std::uint32_t> triangle) {
     const std::uint64_t groups = level.groups();
     const auto list_of = [&](std::uint64_t cell) {
@@ -101,7 +101,7 @@ TriangleLists pack_lists(const Level& level, std::span<const std::uint64_t> offs
     return {std::move(begin), std::move(bytes)};
 }
 
-CellLists unpack_lists(const Level& level, const TriangleLists& lists, std::uint64_t limit) {
+CellLists unpack_lists(const octree::Level& level, const TriangleLists& lists, std::uint64_t limit) {
     CellLists result{.offset = {0}, .triangle = {}};
     for (std::uint64_t group = 0; group < level.groups(); ++group)
         for (int number = 0; number < std::popcount(level.mask[group]); ++number) {
@@ -128,4 +128,4 @@ bool well_formed(const TriangleLists& lists, std::uint64_t group, int count, std
     return bytes.empty();
 }
 
-}  // namespace its
+}  // namespace its::shell

@@ -10,7 +10,7 @@
 #include "octree/octree.h"
 
 /// Which triangles meet each surface cell, in one to three bytes a triangle.
-namespace its {
+namespace its::shell {
 
 /// The triangles of one cell, ascending: a range to iterate over. It never leaves its bytes and never gives a
 /// triangle ≥ `limit`, whatever the bytes are.
@@ -87,11 +87,11 @@ struct CellLists {
 };
 
 /// \param level  level 0 of the octree.
-TriangleLists pack_lists(const Level& level, std::span<const std::uint64_t> offset,
+TriangleLists pack_lists(const octree::Level& level, std::span<const std::uint64_t> offset,
                          std::span<const std::uint32_t> triangle);
-CellLists unpack_lists(const Level& level, const TriangleLists& lists, std::uint64_t limit);
+CellLists unpack_lists(const octree::Level& level, const TriangleLists& lists, std::uint64_t limit);
 
 /// Whether the bytes of a group are `count` complete lists of triangles < limit, and nothing else.
 bool well_formed(const TriangleLists& lists, std::uint64_t group, int count, std::uint64_t limit);
 
-}  // namespace its
+}  // namespace its::shell

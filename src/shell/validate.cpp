@@ -11,8 +11,9 @@
 #include <string_view>
 
 #include "base/parallel.h"
+#include "its/inspect.h"
 
-namespace its {
+namespace its::shell {
 namespace {
 
 constexpr std::uint64_t grain = std::uint64_t{1} << 16;
@@ -44,7 +45,7 @@ void require_all(std::uint64_t count, std::string_view what, Holds&& holds) {
 /// Scales that build() accepts, with room for its rounding up; beyond them exact predicates could overflow.
 constexpr double min_scale = 1e-75, max_scale = 1e76;
 
-void check_lattice(const Lattice& lattice) {
+void check_lattice(const octree::Lattice& lattice) {
     require(lattice.depth >= 0 && lattice.depth <= max_depth, "depth {} is not in [0, {}]", lattice.depth,
             max_depth);
     const double scale = lattice.width * double(std::uint64_t{1} << lattice.depth);
@@ -61,7 +62,7 @@ void check_lattice(const Lattice& lattice) {
     }
 }
 
-void check_mesh(const MeshArrays& mesh, const Lattice& lattice) {
+void check_mesh(const MeshArrays& mesh, const octree::Lattice& lattice) {
     constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();  // indices have 32 bits
     require(mesh.vertices.size() <= most && mesh.triangles.size() <= most, "the mesh has too many elements");
     require(!mesh.triangles.empty(), "the mesh has no triangles");
@@ -83,8 +84,8 @@ void check_mesh(const MeshArrays& mesh, const Lattice& lattice) {
     });
 }
 
-void check_level_sizes(const Octree& octree, int k) {
-    const Level& level = octree.levels[std::size_t(k)];
+void check_level_sizes(const octree::Octree& octree, int k) {
+    const octree::Level& level = octree.levels[std::size_t(k)];
     require(level.mask.size() == level.groups() && level.first.size() == level.groups() + 1,
             "arrays of level {} differ in size", k);
     require(level.groups() > 0, "level {} is empty", k);
@@ -92,9 +93,9 @@ void check_level_sizes(const Octree& octree, int k) {
 
 /// Groups of level k−1 are the marked children of level k, in order; so their codes ascend, and lie in the
 /// root, if those of level k do.
-void check_links(const Octree& octree, int k) {
-    const Level& level = octree.levels[std::size_t(k)];
-    const Level& finer = octree.levels[std::size_t(k) - 1];
+void check_links(const octree::Octree& octree, int k) {
+    const octree::Level& level = octree.levels[std::size_t(k)];
+    const octree::Level& finer = octree.levels[std::size_t(k) - 1];
     require(level.first.back() == finer.groups(), "level {} does not match level {} in size", k - 1, k);
     require_all(level.groups(), fmt::format("level {} in level {}: children of group", k - 1, k),
                 [&](std::uint64_t i) {
@@ -109,7 +110,7 @@ void check_links(const Octree& octree, int k) {
 }
 
 void check_octree(const ShellData& shell) {
-    const Octree& octree = shell.octree;
+    const octree::Octree& octree = shell.octree;
     require(octree.depth == shell.lattice.depth && octree.levels.size() == std::size_t(octree.depth) + 1,
             "{} levels at depth {}", octree.levels.size(), shell.lattice.depth);
     for (int k = octree.depth; k >= 0; --k) check_level_sizes(octree, k);
@@ -123,14 +124,14 @@ void check_sizes(const ShellData& shell) {
     const auto& levels = shell.field.values;
     require(levels.size() == shell.octree.levels.size(), "the field has {} levels", levels.size());
     for (std::size_t k = 0; k < levels.size(); ++k)
-        require(levels[k].size() == shell.octree.levels[k].groups() * group_points, "level {} has {} values", k,
-                levels[k].size());
+        require(levels[k].size() == shell.octree.levels[k].groups() * octree::group_points,
+                "level {} has {} values", k, levels[k].size());
     const SurfaceCells& surface = shell.surface;
     const std::uint64_t cells = shell.octree.surface_cells(), groups = shell.octree.levels[0].groups();
     require(surface.lower.size() == cells && surface.upper.size() == cells &&
                 surface.lists.offset.size() == groups + 1,
             "the arrays of surface cells differ in size");
-    const CellSides& sides = shell.sides;
+    const signs::CellSides& sides = shell.sides;
     require(sides.inside.size() == levels.size(), "sides of {} levels", sides.inside.size());
     for (std::size_t k = 0; k < levels.size(); ++k)
         require(sides.inside[k].size() == shell.octree.levels[k].groups(), "level {} has {} groups with sides",
@@ -152,7 +153,7 @@ void check_surface(const ShellData& shell) {
         return std::isfinite(surface.lower[i]) && std::isfinite(surface.upper[i]) &&
                (surface.lower[i] <= surface.upper[i]);
     });
-    const Level& level = shell.octree.levels[0];
+    const octree::Level& level = shell.octree.levels[0];
     const TriangleLists& lists = surface.lists;
     require(lists.offset[0] == 0 && lists.offset.back() == lists.bytes.size(),
             "the triangle lists of surface cells do not fill their array");
@@ -163,9 +164,9 @@ void check_surface(const ShellData& shell) {
 
 /// A surface cell is inside where its winding number is at least 1.
 void check_sides(const ShellData& shell) {
-    const CellSides& sides = shell.sides;
+    const signs::CellSides& sides = shell.sides;
     if (sides.winding.empty()) return;
-    const Level& level = shell.octree.levels[0];
+    const octree::Level& level = shell.octree.levels[0];
     require_all(level.groups(), "winding numbers of group", [&](std::uint64_t i) {
         std::uint64_t cell = level.first[i];
         bool good = true;
@@ -197,7 +198,7 @@ void check_info(const ShellData& shell) {
             "the root cube does not match the lattice");
     require(std::isfinite(info.rounding) && info.rounding >= 0, "rounding {} is not a length", info.rounding);
     std::uint64_t cells = 1;  // the root
-    for (const Level& level : shell.octree.levels) cells += 8 * level.groups();
+    for (const octree::Level& level : shell.octree.levels) cells += 8 * level.groups();
     require(info.surface_cells == shell.octree.surface_cells() && info.cells == cells,
             "the description does not match the octree");
 }
@@ -223,4 +224,4 @@ void validate(const ShellData& shell) {
     validate_payload(shell);
 }
 
-}  // namespace its
+}  // namespace its::shell

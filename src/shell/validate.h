@@ -2,7 +2,7 @@
 
 #include "shell/shell_data.h"
 
-namespace its {
+namespace its::shell {
 
 /// Checks every invariant that queries rely on, so that none of them can read out of bounds, loop for ever or
 /// meet a NaN, whatever file the data came from: the lattice is exact; levels are sorted, in range and
@@ -18,4 +18,4 @@ void validate(const ShellData& shell);
 void validate_structure(const ShellData& shell);
 void validate_payload(const ShellData& shell);
 
-}  // namespace its
+}  // namespace its::shell

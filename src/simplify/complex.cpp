@@ -7,10 +7,10 @@
 
 #include "geometry/vec3.h"
 #include "mesh/merged.h"
-#include "mesh/points.h"
+#include "mesh/point_index.h"
 #include "octree/morton.h"
 
-namespace its {
+namespace its::simplifier {
 
 namespace {
 
@@ -42,10 +42,10 @@ public:
         std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(count);
         for (std::size_t i = 0; i < count; ++i) {
             const Vec3 p = point(i);
-            Cell cell;
+            octree::Cell cell;
             for (int axis = 0; axis < 3; ++axis)
                 cell[axis] = std::uint32_t(std::clamp((p[axis] - low_[axis]) * cells_, 0.0, 0x1p21 - 1));
-            keys[i] = {morton_encode(cell), std::uint32_t(i)};
+            keys[i] = {octree::morton_encode(cell), std::uint32_t(i)};
         }
         std::sort(keys.begin(), keys.end());
         std::vector<std::uint32_t> numbers(count);
@@ -80,7 +80,7 @@ __attribute__((noinline)) double rounded_to_single(double x) {
 
 Complex::Complex(const Mesh& mesh, std::span<const Triangle> wedges) {
     // Distinct positions and triangles, both in Morton order: what is near in space is near in memory.
-    PointIndex index(std::min(mesh.vertices.size(), 3 * mesh.triangles.size()));
+    mesh::PointIndex index(std::min(mesh.vertices.size(), 3 * mesh.triangles.size()));
     std::vector<std::uint32_t> number(mesh.vertices.size(), no_index), source;
     triangle_.reserve(mesh.triangles.size());
     for (const Triangle& corners : mesh.triangles) {
@@ -135,7 +135,7 @@ Complex::Kind Complex::kind_of(std::uint32_t v, std::vector<std::array<std::uint
     links.clear();
     bool fixed = false;
     for_star(v, [&](std::uint32_t t, std::uint32_t) {
-        fixed |= repeats_corner(triangle_[t]);
+        fixed |= mesh::repeats_corner(triangle_[t]);
         links.push_back(others(triangle_[t], v));
     });
     if (fixed) return Kind::fixed;
@@ -269,7 +269,7 @@ bool Complex::can_merge(std::uint32_t u, std::uint32_t v, std::span<const std::u
     const auto bits = [&](std::uint32_t w) { return mark_[w] >= epoch_ ? mark_[w] - epoch_ : 0; };
     std::uint32_t common = 0;
     for (const std::uint32_t t : triangles) {
-        if (repeats_corner(triangle_[t])) return false;
+        if (mesh::repeats_corner(triangle_[t])) return false;
         for (const std::uint32_t w : triangle_[t]) {
             if (w == u || w == v) continue;
             const std::uint64_t before = bits(w);
@@ -415,4 +415,4 @@ void Complex::validate() const {
             require(kind_with_seams(v, kind_of(v, links)) == kind_[v], "a vertex is no longer what it was");
 }
 
-}  // namespace its
+}  // namespace its::simplifier

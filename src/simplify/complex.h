@@ -9,7 +9,7 @@
 #include "its/mesh.h"
 
 /// The mesh that edge collapses work on: triangles, and at each vertex the list of its corners, in flat arrays.
-namespace its {
+namespace its::simplifier {
 
 inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::max();
 
@@ -105,4 +105,4 @@ private:
     std::uint64_t epoch_ = 0;
 };
 
-}  // namespace its
+}  // namespace its::simplifier

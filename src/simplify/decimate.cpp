@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace its {
+namespace its::simplifier {
 
 namespace {
 
@@ -234,4 +234,4 @@ double Decimator::next_tolerance(double tolerance) const {
     return next;
 }
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -11,7 +11,7 @@
 #include "simplify/quadric.h"
 
 /// Edge collapses in the order of quadric errors.
-namespace its {
+namespace its::simplifier {
 
 /// An edge collapse that keeps the topology and flips no triangle: u merges into v, which moves to `to`.
 struct Collapse {
@@ -121,4 +121,4 @@ private:
     std::vector<std::array<Vec3, 3>> corners_;
 };
 
-}  // namespace its
+}  // namespace its::simplifier

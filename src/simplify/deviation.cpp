@@ -3,7 +3,7 @@
 #include <bit>
 #include <stdexcept>
 
-namespace its {
+namespace its::simplifier {
 
 namespace {
 
@@ -543,4 +543,4 @@ void Deviation::validate(const Complex& current, double tolerance) const {
     require(links == listed && listed == listed_, "lists and witnesses do not agree");
 }
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -10,7 +10,7 @@
 
 /// The proof that a mesh under simplification and the mesh it came from stay within a distance of each other,
 /// in both directions. See docs/design/simplify.md.
-namespace its {
+namespace its::simplifier {
 
 /// Keeps, for every triangle of the original, the faces of the current mesh that prove it to be near: its
 /// witnesses. A collapse replaces the faces around its edge; it is allowed if every original triangle with a
@@ -112,4 +112,4 @@ private:
     std::vector<EdgeTerms> candidate_terms_;
 };
 
-}  // namespace its
+}  // namespace its::simplifier

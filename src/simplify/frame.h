@@ -10,7 +10,7 @@
 #include "geometry/vec3.h"
 
 /// A triangle in coordinates of its own plane, and distances to it.
-namespace its {
+namespace its::simplifier {
 
 /// A distance to a triangle, of a point of another one that was cut, errs by less than this many unit roundoffs
 /// of S₀, twice the largest coordinate. Derived in docs/design/simplify.md, "Rounding": below 191.
@@ -102,4 +102,4 @@ inline double squared_distance(const Frame& f, const EdgeTerms& e, const Vec3& p
     return squared_distance(f, e, l.x, l.y, l.z);
 }
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -11,7 +11,7 @@
 #include "distance/closest_point.h"
 #include "simplify/frame.h"
 
-namespace its {
+namespace its::simplifier {
 
 namespace {
 
@@ -73,7 +73,7 @@ private:
     double allowed() const { return std::max({(1 + slack) * lower_, undecided_, rounding_}); }
 
     Corner locate(const Vec3& p) {
-        const Nearest nearest = tree_.find(p);
+        const distance::Nearest nearest = tree_.find(p);
         lower_ = std::max(lower_, std::sqrt(nearest.squared));
         return {p, nearest.triangle};
     }
@@ -106,7 +106,7 @@ private:
     }
 
     const Mesh& n_;
-    ClosestPointTree tree_;
+    distance::ClosestPointTree tree_;
     std::vector<Corner> corners_;  ///< of M's vertices
     std::vector<Piece> stack_;
     double lower_ = 0;      ///< distance of a point of M
@@ -132,4 +132,4 @@ double hausdorff_bound(const Mesh& m, const Mesh& n, double limit, const Progres
     return search.upper();
 }
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -3,7 +3,7 @@
 #include "its/mesh.h"
 
 /// A proven bound of a one-sided Hausdorff distance.
-namespace its {
+namespace its::simplifier {
 
 /// An upper bound of the largest distance d(x, N) of any point x of the surface M, above it by at most a
 /// twentieth and rounding errors; infinity as soon as the distance is known to be above `limit`, or if the
@@ -11,4 +11,4 @@ namespace its {
 /// docs/design/simplify.md. Mesh units. \param m, n  with triangles, which use all vertices
 double hausdorff_bound(const Mesh& m, const Mesh& n, double limit, const Progress& progress);
 
-}  // namespace its
+}  // namespace its::simplifier

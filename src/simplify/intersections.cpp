@@ -7,23 +7,24 @@
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::simplifier {
 
 namespace {
 
 bool segment_meets(const Vec3& p, const Vec3& q, const NumberedTriangle& t) {
     bool degenerate = false;
-    return segment_crossing(t.corner[0], t.corner[1], t.corner[2], p, q, degenerate) != 0 || degenerate;
+    return geometry::segment_crossing(t.corner[0], t.corner[1], t.corner[2], p, q, degenerate) != 0 ||
+           degenerate;
 }
 
 /// Whether two triangles over the edge pq, with the third corners a and b, lie on each other.
 bool folded(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b) {
-    if (orient3d(p, q, a, b) != 0) return false;
+    if (geometry::orient3d(p, q, a, b) != 0) return false;
     // Coplanar: in a projection that keeps pqa's area, a and b on the same side of pq.
     for (int axis = 0; axis < 3; ++axis) {
         const int x = (axis + 1) % 3, y = (axis + 2) % 3;
-        const int side = orient2d(p[x], p[y], q[x], q[y], a[x], a[y]);
-        if (side != 0) return orient2d(p[x], p[y], q[x], q[y], b[x], b[y]) == side;
+        const int side = geometry::orient2d(p[x], p[y], q[x], q[y], a[x], a[y]);
+        if (side != 0) return geometry::orient2d(p[x], p[y], q[x], q[y], b[x], b[y]) == side;
     }
     return true;  // a on the line pq: of no area, and part of the other's edge
 }
@@ -214,4 +215,4 @@ std::uint64_t count_intersections(const Complex& mesh) {
     return count;
 }
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -9,7 +9,7 @@
 #include "simplify/complex.h"
 
 /// Intersections between triangles of a mesh, by exact predicates.
-namespace its {
+namespace its::simplifier {
 
 /// A triangle with the numbers of its vertices: equal numbers are the same point.
 struct NumberedTriangle {
@@ -54,4 +54,4 @@ private:
 /// Pairs of living triangles that intersect.
 std::uint64_t count_intersections(const Complex& mesh);
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -6,7 +6,7 @@
 #include "geometry/vec3.h"
 
 /// Quadric error metrics (Garland and Heckbert 1997).
-namespace its {
+namespace its::simplifier {
 
 /// q(x) = xᵀAx + 2bᵀx + c ≥ 0, A symmetric: a sum of weighted squared distances to planes and points.
 struct Quadric {
@@ -62,4 +62,4 @@ inline bool minimum(const Quadric& q, Vec3& x) {
     return finite(x);
 }
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace its {
+namespace its::simplifier {
 
 CollapseRule::Verdict VertexInShell::test(const Collapse& collapse, const Complex&, double) {
     const double f = shell_.value(collapse.to);
@@ -74,4 +74,4 @@ void WithoutIntersections::made(const Collapse& collapse, const Complex& current
     for (const std::uint32_t t : collapse.faces()) grid_.insert(t, current);
 }
 
-}  // namespace its
+}  // namespace its::simplifier

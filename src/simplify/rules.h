@@ -11,7 +11,7 @@
 #include "simplify/intersections.h"
 
 /// The rules of the methods.
-namespace its {
+namespace its::simplifier {
 
 /// Any collapse.
 class AnyCollapse : public CollapseRule {
@@ -56,7 +56,7 @@ public:
 
 private:
     std::optional<Deviation> deviation_;
-    std::optional<TriangleBounds> shell_;
+    std::optional<shell::TriangleBounds> shell_;
     std::vector<Frame> frames_;
     std::uint64_t refused_by_shell_ = 0;
 };
@@ -78,4 +78,4 @@ private:
     std::vector<NumberedTriangle> patch_;
 };
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -14,6 +14,7 @@
 #include "simplify/transfer.h"
 
 namespace its {
+using namespace simplifier;
 
 namespace {
 
@@ -33,7 +34,7 @@ void check_mesh(const Mesh& mesh) {
     if (mesh.triangles.size() >= no_index / 3)
         throw InputError(fmt::format("the mesh has {} triangles; at most {} can be simplified",
                                      mesh.triangles.size(), no_index / 3 - 1));
-    require_usable(mesh, largest_coordinate);
+    mesh::require_usable(mesh, mesh::largest_coordinate);
 }
 
 std::string_view name(SimplifyMethod method) {
@@ -93,7 +94,7 @@ Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOpt
     decimator.run(*options.faces, 0, [](std::uint64_t) {});
     pilot.collapses = decimator.collapses();
     const Mesh result = to_mesh(pilot.complex);
-    const ClosestPointTree tree(result.vertices, result.triangles);
+    const distance::ClosestPointTree tree(result.vertices, result.triangles);
     const std::uint64_t stride = std::max<std::uint64_t>(original.vertices() / pilot_samples, 1);
     double worst = 0;
     for (std::uint64_t v = 0; v < original.vertices(); v += stride)
@@ -191,7 +192,7 @@ void require_no_intersections(const Complex& complex, std::string_view what) {
 }
 
 bool whole_in_shell(const Complex& complex, const ThinShell& shell) {
-    const TriangleBounds bounds(shell.data());
+    const shell::TriangleBounds bounds(shell.data());
     for (std::uint32_t t = 0; t < complex.triangles(); ++t) {
         if (!complex.has_triangle(t)) continue;
         const Triangle& c = complex.triangle(t);

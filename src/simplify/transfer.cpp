@@ -7,9 +7,9 @@
 
 #include "geometry/vec3.h"
 #include "mesh/normals.h"
-#include "mesh/points.h"
+#include "mesh/point_index.h"
 
-namespace its {
+namespace its::simplifier {
 
 namespace {
 
@@ -51,7 +51,7 @@ Value interpolated(const CornerValues<Value>& of, std::uint32_t t, const std::ar
 
 /// Numbers of positions instead of vertices.
 std::vector<Triangle> by_position(const Mesh& mesh) {
-    PointIndex index(mesh.vertices.size());
+    mesh::PointIndex index(mesh.vertices.size());
     std::vector<Triangle> triangles = mesh.triangles;
     for (Triangle& t : triangles)
         for (std::uint32_t& v : t) v = index.insert(mesh.vertices[v]);
@@ -68,10 +68,11 @@ AttributeTransfer::AttributeTransfer(const Mesh& mesh, const MeshAttributes& att
         std::uint32_t positions = 0;
         for (const Triangle& t : triangles) positions = std::max({positions, t[0] + 1, t[1] + 1, t[2] + 1});
         const MeshAttributes normals{{}, {}, attributes.normals, false};
-        split_normals_ = wedges_of(triangles, positions, normals).first.size() > positions;
+        split_normals_ = mesh::wedges_of(triangles, positions, normals).first.size() > positions;
     }
     if (attributes.colours.empty() && attributes.texture.empty()) return;
-    wedges_ = wedges_of(triangles, mesh.vertices.size(), {attributes.colours, attributes.texture, {}, false});
+    wedges_ =
+        mesh::wedges_of(triangles, mesh.vertices.size(), {attributes.colours, attributes.texture, {}, false});
     begin_.assign(wedges_.first.size() + 1, 0);
     for (const Triangle& t : wedges_.triangles)
         for (const std::uint32_t w : t) ++begin_[w + std::size_t{1}];
@@ -137,8 +138,8 @@ MeshAttributes AttributeTransfer::attributes_of(const Complex& current, const Me
     MeshAttributes attributes;
     attributes.byte_colours = attributes_.byte_colours;
     if (!attributes_.normals.empty())
-        attributes.normals = vertex_normals(result.vertices, result.triangles,
-                                            split_normals_ ? std::optional(crease) : std::nullopt);
+        attributes.normals = mesh::vertex_normals(result.vertices, result.triangles,
+                                                  split_normals_ ? std::optional(crease) : std::nullopt);
     if (wedges_.first.empty()) return attributes;
     const auto members = members_of(current);
     std::vector<std::uint32_t> number(wedges_.first.size(), no_index);
@@ -167,4 +168,4 @@ MeshAttributes AttributeTransfer::attributes_of(const Complex& current, const Me
     return attributes;
 }
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -10,7 +10,7 @@
 #include "simplify/complex.h"
 
 /// Colours and texture coordinates of a simplified mesh, from those of the mesh it came from.
-namespace its {
+namespace its::simplifier {
 
 /// Keeps the mesh's wedges: its corners, put together by position, colour and texture coordinates.
 class AttributeTransfer {
@@ -40,10 +40,10 @@ private:
 
     const Mesh& mesh_;
     const MeshAttributes& attributes_;
-    Wedges wedges_;
+    mesh::Wedges wedges_;
     std::vector<std::uint64_t> begin_;  ///< of each wedge's triangles in around_
     std::vector<std::uint32_t> around_;
     bool split_normals_ = false;  ///< somewhere the mesh has several normals at one position
 };
 
-}  // namespace its
+}  // namespace its::simplifier

@@ -7,7 +7,7 @@
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 
-namespace its {
+namespace its::surface {
 
 namespace {
 
@@ -28,7 +28,7 @@ Vec3 inner_point(const std::array<double, 8>& value, const Crossing& crossing, S
     double near = 0, far = 1;  // the centre's side and the corner's side
     for (int i = 0; i < inner_halvings; ++i) {
         const double middle = 0.5 * (near + far);
-        const bool below = trilinear(value.data(), centre + middle * direction) < 0;
+        const bool below = geometry::trilinear(value.data(), centre + middle * direction) < 0;
         (below == crossing.centre_below ? near : far) = middle;
     }
     const bool want_below = side == SurfaceSide::inner;
@@ -58,7 +58,7 @@ int best_apex(const Loop& loop, const CellSurface& surface, SurfaceSide side) {
         for (int j = i + 2; j < n && j - i < n - 1; ++j) {
             const Vec3 middle =
                 0.5 * (surface.at[loop.edge[std::size_t(i)]] + surface.at[loop.edge[std::size_t(j)]]);
-            const double c = cost(trilinear(surface.value.data(), middle), side);
+            const double c = cost(geometry::trilinear(surface.value.data(), middle), side);
             worst[i] = std::max(worst[i], c);
             worst[j] = std::max(worst[j], c);
         }
@@ -72,7 +72,7 @@ Crossing crossing_of(const LevelCell& cell, double level, std::array<double, 8>&
     return make_crossing(value);
 }
 
-Vec3 vertex_position(const Grid& grid, const Cell& at, const std::array<double, 8>& value,
+Vec3 vertex_position(const Grid& grid, const octree::Cell& at, const std::array<double, 8>& value,
                      const Crossing& crossing, SurfaceSide side, int vertex) {
     Vec3 position;
     if (vertex >= first_inner) {
@@ -113,4 +113,4 @@ void make_cell_surface(const SurfaceFrame& frame, const LevelCell& cell, CellSur
     }
 }
 
-}  // namespace its
+}  // namespace its::surface

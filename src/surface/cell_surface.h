@@ -8,7 +8,7 @@
 #include "surface/patch.h"
 
 /// The part of a surface in one cell, with the positions of its vertices.
-namespace its {
+namespace its::surface {
 
 /// What a surface is extracted from and for.
 struct SurfaceFrame {
@@ -29,7 +29,7 @@ Crossing crossing_of(const LevelCell& cell, double level, std::array<double, 8>&
 
 /// Position, in mesh units, of a vertex of the cell: a lattice edge's or an inner one. It depends on the edge's
 /// own values alone, so that all cells around an edge agree.
-Vec3 vertex_position(const Grid& grid, const Cell& at, const std::array<double, 8>& value,
+Vec3 vertex_position(const Grid& grid, const octree::Cell& at, const std::array<double, 8>& value,
                      const Crossing& crossing, SurfaceSide side, int vertex);
 
 /// The triangles in a cell, and local coordinates of their vertices as rounded in mesh units: each coordinate
@@ -39,4 +39,4 @@ void make_cell_surface(const SurfaceFrame& frame, const LevelCell& cell, CellSur
 /// Of (x − p₀)/(p₁ − p₀): two differences and a quotient; p₁ − p₀ is exact on the shell's own lattice.
 inline constexpr double local_roundings = 3;
 
-}  // namespace its
+}  // namespace its::surface

@@ -6,12 +6,14 @@
 #include "base/parallel.h"
 #include "distance/mesh_distance.h"
 #include "geometry/vec3.h"
+#include "its/inspect.h"
 #include "its/surface.h"
 #include "shell/shell_data.h"
 #include "surface/level_search.h"
 #include "surface/polygonise.h"
 
 namespace its {
+using namespace surface;
 
 std::string_view name(SurfaceSide side) {
     switch (side) {
@@ -37,13 +39,13 @@ void check_options(const SurfaceOptions& options) {
     if (options.level && !std::isfinite(*options.level)) throw OptionError("level: must be a finite number");
 }
 
-std::unique_ptr<LevelSource> make_source(const ShellData& shell, int resolution) {
+std::unique_ptr<LevelSource> make_source(const shell::ShellData& shell, int resolution) {
     const bool finest = resolution == 0 || std::uint32_t(resolution) == std::uint32_t{1} << shell.lattice.depth;
     return finest ? finest_source(shell) : resampled_source(shell, resolution);
 }
 
 /// The bound of f on M that a side has to do with, in finest cell widths.
-double own_level(const ShellData& shell, SurfaceSide side) {
+double own_level(const shell::ShellData& shell, SurfaceSide side) {
     switch (side) {
         case SurfaceSide::outer:
             return shell.epsilon_outer;
@@ -57,14 +59,14 @@ double own_level(const ShellData& shell, SurfaceSide side) {
 
 /// The root cube's corners are the farthest from M; the level set is closed within the cube if they are above
 /// the level and no cell at the cube's boundary has a corner below it (which polygonise() sees to).
-void check_inside_root(const ShellData& shell, double level) {
+void check_inside_root(const shell::ShellData& shell, double level) {
     const Array<double>& values = shell.field.values[std::size_t(shell.lattice.depth)];
     for (int c = 0; c < 8; ++c)
-        if (values[std::size_t(group_point(c, c))] < level) refuse_open_level();
+        if (values[std::size_t(octree::group_point(c, c))] < level) refuse_open_level();
 }
 
 /// The largest depth below M that f reaches at a grid point, in mesh units.
-double deepest_value(const ShellData& shell) {
+double deepest_value(const shell::ShellData& shell) {
     double least = 0;
     for (const auto& values : shell.field.values)
         for (std::size_t i = 0; i < values.size(); ++i) least = std::min(least, values[i]);
@@ -72,7 +74,7 @@ double deepest_value(const ShellData& shell) {
 }
 
 /// A radius that balls inside M have: that of a plate or, too small, of a ball with M's volume and area.
-double typical_radius(const MeshArrays& mesh) {
+double typical_radius(const shell::MeshArrays& mesh) {
     double area = 0, volume = 0;
     const Vec3 origin = mesh.vertices[mesh.triangles[0][0]];
     for (const Triangle& t : mesh.triangles) {
@@ -87,7 +89,7 @@ double typical_radius(const MeshArrays& mesh) {
 /// Where a ball of radius ρ lies inside M, some lattice point is at least ρ − (√3/2)w deep, and the level is at
 /// most (√3/2)w below 0, as f on M is a mean of distances to corners of its cell, plus the certificate's move,
 /// seldom more than w/4: a depth with 2w ≤ ρ has an inner surface.
-void explain_empty_inner(const ShellData& shell, SurfaceReport& report) {
+void explain_empty_inner(const shell::ShellData& shell, SurfaceReport& report) {
     const double radius = std::max(deepest_value(shell), typical_radius(shell.mesh));
     if (shell.info.sign == SignRule::unsigned_rule) {
         report.reason = "the shell has no inside: its sign rule is unsigned";
@@ -106,7 +108,7 @@ void explain_empty_inner(const ShellData& shell, SurfaceReport& report) {
                                     : fmt::format("the inside is too thin for any depth up to {}", max_depth));
 }
 
-void explain(const ShellData& shell, const SurfaceOptions& options, SurfaceReport& report) {
+void explain(const shell::ShellData& shell, const SurfaceOptions& options, SurfaceReport& report) {
     if (report.empty && options.side == SurfaceSide::inner && !options.level)
         explain_empty_inner(shell, report);
     else if (report.empty && shell.info.sign == SignRule::unsigned_rule)
@@ -122,7 +124,7 @@ void explain(const ShellData& shell, const SurfaceOptions& options, SurfaceRepor
 }
 
 /// Fills in what is proven of f on the surface.
-void certify(const ShellData& shell, const SurfaceRange& range, SurfaceReport& report) {
+void certify(const shell::ShellData& shell, const SurfaceRange& range, SurfaceReport& report) {
     report.lowest = shell.lattice.width * range.lower;
     report.highest = shell.lattice.width * range.upper;
     if (report.side == SurfaceSide::zero) return;
@@ -132,16 +134,16 @@ void certify(const ShellData& shell, const SurfaceRange& range, SurfaceReport& r
     report.certified = margin > 0;
 }
 
-void measure(const ShellData& shell, const Progress& progress, Surface& surface) {
+void measure(const shell::ShellData& shell, const Progress& progress, Surface& surface) {
     const Stopwatch watch;
-    const MeshView a{surface.mesh.vertices, surface.mesh.triangles},
+    const distance::MeshView a{surface.mesh.vertices, surface.mesh.triangles},
         b{shell.mesh.vertices, shell.mesh.triangles};
-    surface.report.to_mesh = mesh_distance(a, b, samples, progress).max;
-    surface.report.from_mesh = mesh_distance(b, a, samples, progress).max;
+    surface.report.to_mesh = distance::mesh_distance(a, b, samples, progress).max;
+    surface.report.from_mesh = distance::mesh_distance(b, a, samples, progress).max;
     surface.report.seconds_measure = watch.seconds();
 }
 
-Surface extract(const ShellData& shell, const SurfaceOptions& options) {
+Surface extract(const shell::ShellData& shell, const SurfaceOptions& options) {
     const Stopwatch watch;
     const std::unique_ptr<LevelSource> source = make_source(shell, options.resolution);
     const double own = own_level(shell, options.side);

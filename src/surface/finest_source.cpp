@@ -5,9 +5,9 @@
 #include "base/rounding.h"
 #include "surface/level_source.h"
 
-namespace its {
+namespace its::surface {
 
-LevelSource::LevelSource(const Lattice& lattice, double step, std::uint32_t cells)
+LevelSource::LevelSource(const octree::Lattice& lattice, double step, std::uint32_t cells)
     : grid_{.origin = lattice.position({0, 0, 0}), .step = step, .cells = cells} {
     const double ulp = 2 * unit_roundoff * lattice.reach() * lattice.width / step;  // in cells
     grid_.clearance = std::max(least_clearance, clearance_in_ulps * ulp);
@@ -44,9 +44,10 @@ void include_cell(const SurfaceFrame& frame, const LevelCell& cell, CellSurface&
         if (hull.include_if_within(frame.level - away, frame.level + away)) return;
     }
     make_cell_surface(frame, cell, surface);
-    std::array<Sample, patch_vertices> samples;
+    std::array<geometry::Sample, patch_vertices> samples;
     for (int v = 0; v < patch_vertices; ++v)
-        if (crossing.has(v)) samples[std::size_t(v)] = sample(cell.value.data(), surface.at[std::size_t(v)]);
+        if (crossing.has(v))
+            samples[std::size_t(v)] = geometry::sample(cell.value.data(), surface.at[std::size_t(v)]);
     for (int t = 0; t < surface.patch.size; ++t) {
         const auto& corner = surface.patch.triangle[std::size_t(t)];
         hull.include(cell.value.data(), samples[corner[0]], samples[corner[1]], samples[corner[2]]);
@@ -64,7 +65,7 @@ double largest_value(std::span<const LevelCell> cells) {
 
 class FinestSource : public LevelSource {
 public:
-    explicit FinestSource(const ShellData& shell)
+    explicit FinestSource(const shell::ShellData& shell)
         : LevelSource(shell.lattice, shell.lattice.width, shell.lattice.cells()), shell_(shell) {}
 
     std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
@@ -96,17 +97,17 @@ private:
     double rounding(std::span<const LevelCell> cells) const {
         const double local = 3 * 2 * (local_roundings + Hull::max_halvings);
         const int depth = shell_.lattice.depth;
-        return unit_roundoff * ((control_roundings + local) * largest_value(cells) +
+        return unit_roundoff * ((geometry::control_roundings + local) * largest_value(cells) +
                                 value_roundings(depth) * std::ldexp(4.0, depth));
     }
 
-    const ShellData& shell_;
+    const shell::ShellData& shell_;
 };
 
 }  // namespace
 
-std::unique_ptr<LevelSource> finest_source(const ShellData& shell) {
+std::unique_ptr<LevelSource> finest_source(const shell::ShellData& shell) {
     return std::make_unique<FinestSource>(shell);
 }
 
-}  // namespace its
+}  // namespace its::surface

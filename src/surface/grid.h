@@ -7,7 +7,7 @@
 #include "octree/lattice.h"
 
 /// Where lattice cells and the vertices on their edges are, in mesh units.
-namespace its {
+namespace its::surface {
 
 /// A cubical lattice over the root cube. Positions are doubles that grow strictly along each axis: all that the
 /// proofs need is that a vertex on a lattice edge lies strictly between the edge's ends.
@@ -36,4 +36,4 @@ inline double crossing_fraction(double from, double to, double clearance) {
     return std::clamp(from / (from - to), clearance, 1 - clearance);
 }
 
-}  // namespace its
+}  // namespace its::surface

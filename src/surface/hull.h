@@ -5,7 +5,7 @@
 #include "geometry/bernstein.h"
 
 /// Branch and bound of f over the triangles of a surface.
-namespace its {
+namespace its::surface {
 
 /// f on a surface, in cell widths: all values lie in [lower, upper].
 struct SurfaceRange {
@@ -29,20 +29,22 @@ public:
 
     /// Adds bounds known beforehand if they cannot be the extreme ones; else returns false.
     bool include_if_within(double lower, double upper) {
-        const Bounds b = masked({lower, upper, level_, level_});
+        const geometry::Bounds b = masked({lower, upper, level_, level_});
         if (open(b)) return false;
         settle(b);
         return true;
     }
 
     /// Adds the function with these corner values on triangle pqr, in local coordinates.
-    void include(const double* corners, const Sample& p, const Sample& q, const Sample& r, int halvings = 0) {
-        const Bounds b = masked(bernstein_bounds(corners, p, q, r));
+    void include(const double* corners, const geometry::Sample& p, const geometry::Sample& q,
+                 const geometry::Sample& r, int halvings = 0) {
+        const geometry::Bounds b = masked(geometry::bernstein_bounds(corners, p, q, r));
         least_ = std::min(least_, b.least);
         most_ = std::max(most_, b.most);
         if (!open(b) || halvings == max_halvings) return settle(b);
-        const Sample pq = sample(corners, 0.5 * (p.at + q.at)), qr = sample(corners, 0.5 * (q.at + r.at)),
-                     rp = sample(corners, 0.5 * (r.at + p.at));
+        const geometry::Sample pq = geometry::sample(corners, 0.5 * (p.at + q.at)),
+                               qr = geometry::sample(corners, 0.5 * (q.at + r.at)),
+                               rp = geometry::sample(corners, 0.5 * (r.at + p.at));
         include(corners, p, pq, rp, halvings + 1);
         include(corners, pq, q, qr, halvings + 1);
         include(corners, rp, qr, r, halvings + 1);
@@ -53,13 +55,15 @@ public:
     static constexpr int max_halvings = 12;
 
 private:
-    Bounds masked(Bounds b) const {
+    geometry::Bounds masked(geometry::Bounds b) const {
         if (ends_ == RangeEnds::upper) b.lower = b.least = level_;
         if (ends_ == RangeEnds::lower) b.upper = b.most = level_;
         return b;
     }
-    bool open(const Bounds& b) const { return b.lower < least_ - surface_gap || b.upper > most_ + surface_gap; }
-    void settle(const Bounds& b) {
+    bool open(const geometry::Bounds& b) const {
+        return b.lower < least_ - surface_gap || b.upper > most_ + surface_gap;
+    }
+    void settle(const geometry::Bounds& b) {
         lower_ = std::min(lower_, b.lower);
         upper_ = std::max(upper_, b.upper);
     }
@@ -77,4 +81,4 @@ inline double steepest(const double* v) {
     return slope;
 }
 
-}  // namespace its
+}  // namespace its::surface

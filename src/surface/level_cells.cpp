@@ -5,7 +5,7 @@
 
 #include "base/parallel.h"
 
-namespace its {
+namespace its::surface {
 
 namespace {
 
@@ -39,11 +39,12 @@ constexpr ChildTable child_table;
 
 /// The points of a neighbour that are also the cell's: their number, and pairs (its point, our point).
 struct SharedPoints {
-    std::uint8_t count[neighbours], theirs[neighbours][group_points], ours[neighbours][group_points];
+    std::uint8_t count[neighbours], theirs[neighbours][octree::group_points],
+        ours[neighbours][octree::group_points];
 
     constexpr SharedPoints() : count{}, theirs{}, ours{} {
         for (int n = 0; n < neighbours; ++n)
-            for (int p = 0; p < group_points; ++p) {
+            for (int p = 0; p < octree::group_points; ++p) {
                 const int x = p % 3 - 2 * (n % 3 - 1), y = p / 3 % 3 - 2 * (n / 3 % 3 - 1),
                           z = p / 9 - 2 * (n / 9 - 1);
                 if (x < 0 || x > 2 || y < 0 || y > 2 || z < 0 || z > 2) continue;
@@ -67,54 +68,55 @@ void halve(const double* corner, double* point) {
 
 class Finder {
 public:
-    Finder(const Octree& octree, const Field& field, double low, double high)
+    Finder(const octree::Octree& octree, const field::Field& field, double low, double high)
         : octree_(octree), field_(field), low_(low), high_(high) {}
 
     /// The cells in children of a group, which are cells of `level`: in all of them, or in those only that are
     /// not subdivided.
     void visit_group(int level, std::uint64_t group, bool all, std::vector<LevelCell>& found) const {
         const std::uint64_t parent = octree_.levels[level].parent[group];
-        const Around around = around_cell(level + 1, morton_decode(parent));
-        visit_children(level + 1, morton_decode(parent), around, all, found);
+        const Around around = around_cell(level + 1, octree::morton_decode(parent));
+        visit_children(level + 1, octree::morton_decode(parent), around, all, found);
     }
 
 private:
     /// By search from the root's groups.
-    Around around_cell(int level, const Cell& at) const {
+    Around around_cell(int level, const octree::Cell& at) const {
         Around around;
         const std::uint32_t side = octree_.depth + 1 >= level ? 1u << (octree_.depth + 1 - level) : 0;
         for (int n = 0; n < neighbours; ++n) {
-            const Cell other = {at[0] + std::uint32_t(n % 3) - 1, at[1] + std::uint32_t(n / 3 % 3) - 1,
-                                at[2] + std::uint32_t(n / 9) - 1};
+            const octree::Cell other = {at[0] + std::uint32_t(n % 3) - 1, at[1] + std::uint32_t(n / 3 % 3) - 1,
+                                        at[2] + std::uint32_t(n / 9) - 1};
             const bool exists = other[0] < side && other[1] < side && other[2] < side;  // −1 wraps around
-            around[std::size_t(n)] = exists ? octree_.find(level - 1, morton_encode(other)) : no_group;
+            around[std::size_t(n)] =
+                exists ? octree_.find(level - 1, octree::morton_encode(other)) : octree::no_group;
         }
         return around;
     }
 
     Around around_child(int level, const Around& parent, int child) const {
         Around around;
-        const Level& cells = octree_.levels[level - 1];
+        const octree::Level& cells = octree_.levels[level - 1];
         for (std::size_t n = 0; n < neighbours; ++n) {
             const std::uint64_t group = parent[child_table.neighbour[child][n]];
             const int place = child_table.child[child][n];
-            around[n] = group == no_group || !(cells.mask[group] >> place & 1)
-                            ? no_group
+            around[n] = group == octree::no_group || !(cells.mask[group] >> place & 1)
+                            ? octree::no_group
                             : cells.first[group] +
                                   std::uint64_t(std::popcount(cells.mask[group] & ((1u << place) - 1)));
         }
         return around;
     }
 
-    static Cell child_of(const Cell& at, int child) {
+    static octree::Cell child_of(const octree::Cell& at, int child) {
         return {2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + std::uint32_t(child >> 2)};
     }
 
     /// A subdivided cell.
-    void visit_children(int level, const Cell& at, const Around& around, bool all,
+    void visit_children(int level, const octree::Cell& at, const Around& around, bool all,
                         std::vector<LevelCell>& found) const {
         const std::uint64_t group = around[itself];
-        const double* const points = field_.values[level - 1].data() + group_points * group;
+        const double* const points = field_.values[level - 1].data() + octree::group_points * group;
         if (level == 1) return keep_crossed(at, points, found);
         const unsigned mask = octree_.levels[level - 1].mask[group];
         for (int c = 0; c < 8; ++c) {
@@ -129,15 +131,15 @@ private:
     }
 
     /// Child `child` of 27 points: a cell that is not subdivided, or a lattice cell in one.
-    void visit_leaf(int level, const Cell& at, const Around& around, const double* points, int child,
+    void visit_leaf(int level, const octree::Cell& at, const Around& around, const double* points, int child,
                     std::vector<LevelCell>& found) const {
         double corner[8];
-        for (int c = 0; c < 8; ++c) corner[c] = points[group_point(child, c)];
+        for (int c = 0; c < 8; ++c) corner[c] = points[octree::group_point(child, c)];
         // Finer hats reach into a cell only from subdivided cells around it; without them f is trilinear.
         const bool reached =
-            std::any_of(around.begin(), around.end(), [](std::uint64_t g) { return g != no_group; });
+            std::any_of(around.begin(), around.end(), [](std::uint64_t g) { return g != octree::no_group; });
         if (!reached && !crossed(corner)) return;
-        double halved[group_points];
+        double halved[octree::group_points];
         halve(corner, halved);
         if (reached) insert_grid_values(level, around, halved);
         if (level == 1) return keep_crossed(at, halved, found);
@@ -149,8 +151,8 @@ private:
 
     void insert_grid_values(int level, const Around& around, double* halved) const {
         for (std::size_t n = 0; n < neighbours; ++n) {
-            if (around[n] == no_group) continue;
-            const double* const points = field_.values[level - 1].data() + group_points * around[n];
+            if (around[n] == octree::no_group) continue;
+            const double* const points = field_.values[level - 1].data() + octree::group_points * around[n];
             for (int i = 0; i < shared_points.count[n]; ++i)
                 halved[shared_points.ours[n][i]] = points[shared_points.theirs[n][i]];
         }
@@ -166,11 +168,11 @@ private:
     }
 
     /// Of the eight finest cells with these points.
-    void keep_crossed(const Cell& parent, const double* points, std::vector<LevelCell>& found) const {
+    void keep_crossed(const octree::Cell& parent, const double* points, std::vector<LevelCell>& found) const {
         if (!crossed_any(points)) return;
         for (int child = 0; child < 8; ++child) {
             LevelCell cell;
-            for (int c = 0; c < 8; ++c) cell.value[std::size_t(c)] = points[group_point(child, c)];
+            for (int c = 0; c < 8; ++c) cell.value[std::size_t(c)] = points[octree::group_point(child, c)];
             if (!crossed(cell.value.data())) continue;
             cell.at = child_of(parent, child);
             found.push_back(cell);
@@ -179,15 +181,15 @@ private:
 
     bool crossed_any(const double* points) const {
         double least = points[0], most = points[0];
-        for (int p = 1; p < group_points; ++p) {
+        for (int p = 1; p < octree::group_points; ++p) {
             least = std::min(least, points[p]);
             most = std::max(most, points[p]);
         }
         return least < high_ && most >= low_;
     }
 
-    const Octree& octree_;
-    const Field& field_;
+    const octree::Octree& octree_;
+    const field::Field& field_;
     const double low_, high_;
 };
 
@@ -199,8 +201,8 @@ struct Task {
 
 }  // namespace
 
-std::vector<LevelCell> find_level_cells(const Octree& octree, const Field& field, double low, double high,
-                                        const Progress& progress) {
+std::vector<LevelCell> find_level_cells(const octree::Octree& octree, const field::Field& field, double low,
+                                        double high, const Progress& progress) {
     int split = octree.depth;
     while (split > 0 && octree.levels[split].groups() < min_tasks) --split;
     std::vector<Task> tasks;
@@ -226,4 +228,4 @@ std::vector<LevelCell> find_level_cells(const Octree& octree, const Field& field
     return cells;
 }
 
-}  // namespace its
+}  // namespace its::surface

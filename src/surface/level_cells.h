@@ -8,11 +8,11 @@
 #include "octree/octree.h"
 
 /// The finest lattice cells that a level set can run through.
-namespace its {
+namespace its::surface {
 
 /// A cell of a cubical lattice and the function's values at its corners x + 2y + 4z, in finest cell widths.
 struct LevelCell {
-    Cell at;
+    octree::Cell at;
     std::array<double, 8> value;
 };
 
@@ -23,11 +23,11 @@ struct LevelCell {
 /// neighbours on the lattice twice as wide, x before y before z: the same bits from every cell that shares it.
 /// Each of at most `depth` halvings rounds three times: a value errs by value_roundings(depth)·u times the
 /// largest value.
-std::vector<LevelCell> find_level_cells(const Octree& octree, const Field& field, double low, double high,
-                                        const Progress& progress);
+std::vector<LevelCell> find_level_cells(const octree::Octree& octree, const field::Field& field, double low,
+                                        double high, const Progress& progress);
 
 inline constexpr double value_roundings(int depth) {
     return 3.0 * (depth + 1);
 }
 
-}  // namespace its
+}  // namespace its::surface

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace its {
+namespace its::surface {
 
 namespace {
 
@@ -77,4 +77,4 @@ CertifiedLevel find_certified_level(const LevelSource& source, SurfaceSide side,
     return LevelSearch(source, side, bound, progress).run();
 }
 
-}  // namespace its
+}  // namespace its::surface

@@ -3,7 +3,7 @@
 #include "surface/level_source.h"
 
 /// The level of an outer or inner surface that keeps it off M.
-namespace its {
+namespace its::surface {
 
 struct CertifiedLevel {
     double level;                  ///< in finest cell widths
@@ -19,4 +19,4 @@ CertifiedLevel find_certified_level(const LevelSource& source, SurfaceSide side,
 
 inline constexpr double level_precision = 0x1p-7;  // finest cell widths
 
-}  // namespace its
+}  // namespace its::surface

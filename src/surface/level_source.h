@@ -8,7 +8,7 @@
 #include "surface/hull.h"
 
 /// Lattices to extract level sets of a shell's f on.
-namespace its {
+namespace its::surface {
 
 class LevelSource {
 public:
@@ -28,16 +28,16 @@ public:
 protected:
     /// \param step  cell width in mesh units, cells per side of the root
     /// \throws OptionError if doubles cannot tell the lattice's positions apart
-    LevelSource(const Lattice& lattice, double step, std::uint32_t cells);
+    LevelSource(const octree::Lattice& lattice, double step, std::uint32_t cells);
 
 private:
     Grid grid_;
 };
 
 /// The shell's own lattice: f is trilinear on its cells. \throws OptionError
-std::unique_ptr<LevelSource> finest_source(const ShellData& shell);
+std::unique_ptr<LevelSource> finest_source(const shell::ShellData& shell);
 
 /// A lattice with `resolution` cells along the scale s: f is sampled at its points. \throws OptionError
-std::unique_ptr<LevelSource> resampled_source(const ShellData& shell, int resolution);
+std::unique_ptr<LevelSource> resampled_source(const shell::ShellData& shell, int resolution);
 
-}  // namespace its
+}  // namespace its::surface

@@ -2,7 +2,7 @@
 
 #include "geometry/trilinear.h"
 
-namespace its {
+namespace its::surface {
 
 namespace {
 
@@ -108,7 +108,7 @@ Crossing make_crossing(const std::array<double, 8>& value) {
         const double products = value[corner[0]] * value[corner[3]] - value[corner[1]] * value[corner[2]];
         crossing.joined |= unsigned(products > 0) << f;
     }
-    crossing.centre_below = trilinear(value.data(), {0.5, 0.5, 0.5}) < 0;
+    crossing.centre_below = geometry::trilinear(value.data(), {0.5, 0.5, 0.5}) < 0;
     return crossing;
 }
 
@@ -184,4 +184,4 @@ void add_star(const Crossing& crossing, Patch& patch) {
     }
 }
 
-}  // namespace its
+}  // namespace its::surface

@@ -6,7 +6,7 @@
 #include "its/base.h"
 
 /// The triangles of a level set within one lattice cell. See docs/design/surface.md for the proofs.
-namespace its {
+namespace its::surface {
 
 /// Names of a patch's vertices within its cell: 0 to 11 lie on the cell's edges, first_inner + c between the
 /// cell's centre and corner c.
@@ -76,4 +76,4 @@ void add_fan(const Loop& loop, int apex, Patch& patch);
 /// The patch of a crossing with `star`.
 void add_star(const Crossing& crossing, Patch& patch);
 
-}  // namespace its
+}  // namespace its::surface

@@ -9,7 +9,7 @@
 
 #include "base/parallel.h"
 
-namespace its {
+namespace its::surface {
 
 namespace {
 
@@ -30,7 +30,7 @@ public:
     }
 
     /// Precondition: the cell is in the list.
-    std::uint32_t find(const Cell& at) const {
+    std::uint32_t find(const octree::Cell& at) const {
         std::uint64_t slot = first_slot(at);
         while (slots_[slot] != empty && cells_[slots_[slot]].at != at) slot = next(slot);
         if (slots_[slot] == empty) throw std::logic_error("a level set cell is missing");
@@ -40,7 +40,7 @@ public:
 private:
     static constexpr std::uint32_t empty = ~std::uint32_t{0};
 
-    std::uint64_t first_slot(const Cell& at) const {
+    std::uint64_t first_slot(const octree::Cell& at) const {
         const std::uint64_t key = at[0] | std::uint64_t{at[1]} << 21 | std::uint64_t{at[2]} << 42;
         return key * 0x9e3779b97f4a7c15 >> shift_;  // Fibonacci hashing
     }
@@ -57,7 +57,7 @@ struct Numbering {
     std::vector<Crossing> crossing;
 };
 
-bool reaches_boundary(const Cell& at, unsigned below, std::uint32_t side) {
+bool reaches_boundary(const octree::Cell& at, unsigned below, std::uint32_t side) {
     for (int axis = 0; axis < 3; ++axis) {
         const unsigned high = axis == 0 ? 0xaa : axis == 1 ? 0xcc : 0xf0;
         if (at[std::size_t(axis)] == 0 && (below & ~high & 0xff)) return true;
@@ -145,7 +145,7 @@ private:
         const int start = edge_start(edge);
         std::uint64_t owner = i;
         if (start != 0) {
-            const Cell& at = cells_[i].at;
+            const octree::Cell& at = cells_[i].at;
             owner =
                 index_.find({at[0] + (start & 1), at[1] + (start >> 1 & 1), at[2] + std::uint32_t(start >> 2)});
         }
@@ -190,4 +190,4 @@ Mesh polygonise(const SurfaceFrame& frame, std::span<const LevelCell> cells, con
     return mesh;
 }
 
-}  // namespace its
+}  // namespace its::surface

@@ -6,7 +6,7 @@
 #include "surface/cell_surface.h"
 
 /// The mesh of a level set from the cells it runs through.
-namespace its {
+namespace its::surface {
 
 /// \param cells  all cells that the level set runs through, each once; others among them are skipped
 /// \returns vertices and triangles in the order of the cells
@@ -17,4 +17,4 @@ Mesh polygonise(const SurfaceFrame& frame, std::span<const LevelCell> cells, con
 /// \throws OptionError that says so.
 [[noreturn]] void refuse_open_level();
 
-}  // namespace its
+}  // namespace its::surface

@@ -9,16 +9,16 @@
 #include "surface/level_source.h"
 #include "surface/polygonise.h"
 
-namespace its {
+namespace its::surface {
 
 namespace {
 
 constexpr std::uint64_t cell_grain = 1024, triangle_grain = 256;
 
-std::uint64_t key_of(const Cell& at) {
+std::uint64_t key_of(const octree::Cell& at) {
     return at[0] | std::uint64_t{at[1]} << 21 | std::uint64_t{at[2]} << 42;
 }
-Cell cell_of(std::uint64_t key) {
+octree::Cell cell_of(std::uint64_t key) {
     return {std::uint32_t(key & 0x1fffff), std::uint32_t(key >> 21 & 0x1fffff), std::uint32_t(key >> 42)};
 }
 
@@ -73,10 +73,10 @@ private:
             from[axis] = std::clamp(range.low[a] * ratio_ - cell_.at[a] - slack, 0.0, 1.0);
             to[axis] = std::clamp((range.high[a] + 1.0) * ratio_ - cell_.at[a] + slack, 0.0, 1.0);
         }
-        double least = trilinear(cell_.value.data(), from), most = least;
+        double least = geometry::trilinear(cell_.value.data(), from), most = least;
         for (int c = 1; c < 8; ++c) {
             const Vec3 p{c & 1 ? to.x : from.x, c & 2 ? to.y : from.y, c & 4 ? to.z : from.z};
-            const double value = trilinear(cell_.value.data(), p);
+            const double value = geometry::trilinear(cell_.value.data(), p);
             least = std::min(least, value);
             most = std::max(most, value);
         }
@@ -91,9 +91,10 @@ private:
 /// Bounds f over one triangle by descending to the cells on which f is trilinear.
 class TriangleBounder {
 public:
-    explicit TriangleBounder(const ShellData& shell)
+    explicit TriangleBounder(const shell::ShellData& shell)
         : shell_(shell),
-          clipping_((cuts * roundings_per_cut + roundings_of_vertices) * unit_roundoff * shell.lattice.cells()),
+          clipping_((geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) *
+                    unit_roundoff * shell.lattice.cells()),
           margin_(shell.lattice.mapping_error() + clipping_) {}
 
     /// \param p, q, r  in lattice coordinates, as rounded by to_lattice
@@ -129,7 +130,7 @@ private:
                 return;
         }
         const Vec3 centre{corner[0] + 0.5 * width, corner[1] + 0.5 * width, corner[2] + 0.5 * width};
-        const TrilinearCell cell = locate(shell_.octree, shell_.field, centre);
+        const field::TrilinearCell cell = field::locate(shell_.octree, shell_.field, centre);
         if (cell.width >= width) return include_in_cell(t, cell, hull, error);
         for (int child = 0; child < 8; ++child) {
             std::array<double, 3> at = corner;
@@ -138,36 +139,36 @@ private:
         }
     }
 
-    void include_in_cell(const Corners& t, const TrilinearCell& cell, Hull& hull, double& error) const {
+    void include_in_cell(const Corners& t, const field::TrilinearCell& cell, Hull& hull, double& error) const {
         const auto local = [&](const Vec3& v) { return (1.0 / cell.width) * (v - cell.corner); };
-        const Polygon polygon = clip_to_cell(local(t.p), local(t.q), local(t.r), margin_);
+        const geometry::Polygon polygon = geometry::clip_to_cell(local(t.p), local(t.q), local(t.r), margin_);
         if (polygon.size == 0) return;
         // As γ of the extremes, docs/design/extremes.md: the slope times the displacement of the point, and the
         // roundings of the control values and of the corner values.
         double largest = 0;
         for (const double v : cell.value) largest = std::max(largest, std::abs(v));
         const double displacement = margin_ + clipping_ + 2 * Hull::max_halvings * unit_roundoff;
-        const double corner_roundings = trilinear_roundings * (shell_.lattice.depth + 1);
+        const double corner_roundings = geometry::trilinear_roundings * (shell_.lattice.depth + 1);
         error = std::max(error, 4 * steepest(cell.value) * displacement +
-                                    control_roundings * unit_roundoff * largest +
+                                    geometry::control_roundings * unit_roundoff * largest +
                                     corner_roundings * unit_roundoff * std::ldexp(4.0, shell_.lattice.depth));
-        const Sample apex = sample(cell.value, polygon.vertex(0));
-        Sample last = sample(cell.value, polygon.vertex(std::min(1, polygon.size - 1)));
+        const geometry::Sample apex = geometry::sample(cell.value, polygon.vertex(0));
+        geometry::Sample last = geometry::sample(cell.value, polygon.vertex(std::min(1, polygon.size - 1)));
         if (polygon.size < 3) hull.include(cell.value, apex, last, last);
         for (int i = 2; i < polygon.size; ++i) {
-            const Sample next = sample(cell.value, polygon.vertex(i));
+            const geometry::Sample next = geometry::sample(cell.value, polygon.vertex(i));
             hull.include(cell.value, apex, last, next);
             last = next;
         }
     }
 
-    const ShellData& shell_;
+    const shell::ShellData& shell_;
     double clipping_, margin_;
 };
 
 class ResampledSource : public LevelSource {
 public:
-    ResampledSource(const ShellData& shell, int resolution)
+    ResampledSource(const shell::ShellData& shell, int resolution)
         : LevelSource(shell.lattice, shell.lattice.scale() / resolution, 2 * std::uint32_t(resolution)),
           shell_(shell),
           ratio_(double(shell.lattice.cells()) / (2.0 * resolution)) {}
@@ -235,12 +236,12 @@ private:
     }
 
     /// f at a lattice point.
-    double value(const Cell& point) const {
+    double value(const octree::Cell& point) const {
         const double side = shell_.lattice.cells();
         Vec3 u;
         for (int axis = 0; axis < 3; ++axis) u[axis] = std::min(point[std::size_t(axis)] * ratio_, side);
-        const TrilinearCell cell = locate(shell_.octree, shell_.field, u);
-        return trilinear(cell.value, (1.0 / cell.width) * (u - cell.corner));
+        const field::TrilinearCell cell = field::locate(shell_.octree, shell_.field, u);
+        return geometry::trilinear(cell.value, (1.0 / cell.width) * (u - cell.corner));
     }
 
     /// The cells with these keys that a level in [low, high] runs through.
@@ -278,7 +279,7 @@ private:
                         most = std::max(most, cell.value[c]);
                     }
                 if (!(least < high && most >= low)) continue;
-                Cell at = cell.at;
+                octree::Cell at = cell.at;
                 at[axis] += side == 1 ? 1 : ~std::uint32_t{0};
                 if (at[axis] >= grid().cells) continue;
                 const std::uint64_t key = key_of(at);
@@ -289,14 +290,14 @@ private:
         return missing;
     }
 
-    const ShellData& shell_;
+    const shell::ShellData& shell_;
     double ratio_;  // width of a cell in finest cells
 };
 
 }  // namespace
 
-std::unique_ptr<LevelSource> resampled_source(const ShellData& shell, int resolution) {
+std::unique_ptr<LevelSource> resampled_source(const shell::ShellData& shell, int resolution) {
     return std::make_unique<ResampledSource>(shell, resolution);
 }
 
-}  // namespace its
+}  // namespace its::surface

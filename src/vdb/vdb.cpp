@@ -12,6 +12,7 @@
 
 #include "base/output_file.h"
 #include "base/parallel.h"
+#include "its/inspect.h"
 #include "shell/shell_data.h"
 #include "surface/level_cells.h"
 #endif
@@ -59,7 +60,7 @@ private:
     OutputFile& file_;
 };
 
-openvdb::FloatGrid::Ptr make_grid(const ShellData& shell, const VdbOptions& options) {
+openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOptions& options) {
     const double width = shell.lattice.width;
     const bool inside = shell.info.sign != SignRule::unsigned_rule;
     openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(float(options.half_width * width));
@@ -70,8 +71,8 @@ openvdb::FloatGrid::Ptr make_grid(const ShellData& shell, const VdbOptions& opti
     grid->setTransform(transform);
 
     openvdb::FloatGrid::Accessor accessor = grid->getAccessor();
-    for (const LevelCell& cell :
-         find_level_cells(shell.octree, shell.field, -options.half_width, options.half_width, options.progress))
+    for (const surface::LevelCell& cell : surface::find_level_cells(
+             shell.octree, shell.field, -options.half_width, options.half_width, options.progress))
         for (int c = 0; c < 8; ++c) {
             const double value = cell.value[std::size_t(c)];
             if (!(std::abs(value) < options.half_width)) continue;

@@ -40,17 +40,17 @@ inline constexpr double fine_gap = 0x1p-32, coarse_gap = 0x1p-26;
 inline constexpr double distance_tolerance = 1e-12;
 
 /// One unit in the last place of a coordinate in the upper half of the root: 2^(K − 52).
-double coordinate_ulp(const Lattice& lattice);
+double coordinate_ulp(const octree::Lattice& lattice);
 /// How far the proof's computed pieces may be from M, per axis.
-double piece_error(const Lattice& lattice);
+double piece_error(const octree::Lattice& lattice);
 /// Pieces are cut from cells dilated by this much, so that no point of M in the cell is lost to rounding.
-double cell_dilation(const Lattice& lattice);
+double cell_dilation(const octree::Lattice& lattice);
 /// What a proven bound may exceed its limit by: coarse_gap plus the rounding of clipping.
-double proven_tolerance(const Lattice& lattice);
+double proven_tolerance(const octree::Lattice& lattice);
 
 /// G2: how far ε may be from a value that f attains on M: 10⁻⁶, and the rounding of coordinates, which grows
 /// with the distance from the origin and is part of γ.
-double tightness_tolerance(const Lattice& lattice);
+double tightness_tolerance(const octree::Lattice& lattice);
 
 /// Numbers of a counter-based generator: the same for (seed, stream, counter) in any order.
 std::uint64_t random_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter);
@@ -59,7 +59,7 @@ inline double random_unit(std::uint64_t seed, std::uint64_t stream, std::uint64_
 }
 
 /// All arrays are what the others rely on. \return false if it is not safe to read them.
-bool check_structure(const ShellData& data, const VerifyOptions& options, VerifyReport& report);
+bool check_structure(const shell::ShellData& data, const VerifyOptions& options, VerifyReport& report);
 
 /// f and its shipped evaluation on points of M: G1 sampled, evaluation, local bounds.
 void check_samples(const Job& job, VerifyReport& report);
@@ -75,11 +75,11 @@ void check_space(const Job& job, VerifyReport& report);
 
 /// verify() for a shell given as arrays and an evaluation.
 /// \throws InputError if the mesh is unusable or does not fit into the root cube; Cancelled.
-VerifyReport judge(const ShellData& data, const Evaluation& value, const Mesh& mesh,
+VerifyReport judge(const shell::ShellData& data, const Evaluation& value, const Mesh& mesh,
                    const VerifyOptions& options);
 
 /// "(x, y, z)" in mesh units, short.
 std::string place(const Vec3& p);
-Vec3 from_lattice(const Lattice& lattice, const Vec3& p);
+Vec3 from_lattice(const octree::Lattice& lattice, const Vec3& p);
 
 }  // namespace its::verifier

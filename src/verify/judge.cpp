@@ -16,31 +16,31 @@ bool VerifyReport::passed() const {
 namespace verifier {
 
 // Coordinates lie in [0, 2^(K + 1)]; a rounding there is at most 2^(K + 1) · 2⁻⁵³ = one such unit.
-double coordinate_ulp(const Lattice& lattice) {
+double coordinate_ulp(const octree::Lattice& lattice) {
     return std::ldexp(1.0, lattice.depth - 52);
 }
 
 // 3 units for the conversion to lattice coordinates, 6 for each of the 6 planes of a cell: 39. Then at most
 // 64 clips in coordinates of the cell, each 6 · 2⁻⁵³.
-double piece_error(const Lattice& lattice) {
+double piece_error(const octree::Lattice& lattice) {
     return 40 * coordinate_ulp(lattice) + 64 * 6 * 0x1p-53;
 }
 
 // More than the 39 units that a vertex may be off.
-double cell_dilation(const Lattice& lattice) {
+double cell_dilation(const octree::Lattice& lattice) {
     return 64 * coordinate_ulp(lattice);
 }
 
 // A piece is left when its bound is within a gap of an attained value that is inside the limit. The gap is
 // coarse_gap plus the errors of both; |∂f/∂xᵢ| ≤ 1 for values of a distance, and those near M are at most 8.
-double proven_tolerance(const Lattice& lattice) {
+double proven_tolerance(const octree::Lattice& lattice) {
     return coarse_gap + 3 * piece_error(lattice) + 2 * 3 * (piece_error(lattice) + cell_dilation(lattice)) +
            2 * 512 * 0x1p-53 * 8;
 }
 
 // A point of M as a caller gives it may be off by 4 roundings of its coordinates per axis; f has slopes of at
 // most 1 along the axes: 12u·reach, which both ε and the attained value may have to allow for.
-double tightness_tolerance(const Lattice& lattice) {
+double tightness_tolerance(const octree::Lattice& lattice) {
     return 1e-6 + 24 * 0x1p-53 * lattice.reach();
 }
 
@@ -59,13 +59,13 @@ std::string place(const Vec3& p) {
     return fmt::format("({:.9g}, {:.9g}, {:.9g})", p.x, p.y, p.z);
 }
 
-Vec3 from_lattice(const Lattice& lattice, const Vec3& p) {
+Vec3 from_lattice(const octree::Lattice& lattice, const Vec3& p) {
     return lattice.position({0, 0, 0}) + lattice.width * p;
 }
 
 namespace {
 
-void check_mesh(const ShellData& data, const Mesh& mesh) {
+void check_mesh(const shell::ShellData& data, const Mesh& mesh) {
     if (mesh.triangles.empty()) throw InputError("verify: the mesh has no triangles");
     const std::int64_t n = data.lattice.cells();
     const Vec3 low = data.lattice.position({0, 0, 0}), high = data.lattice.position({n, n, n});
@@ -106,7 +106,7 @@ bool equal_but_for_turns(std::span<const Triangle> a, std::span<const Triangle> 
 
 }  // namespace
 
-VerifyReport judge(const ShellData& data, const Evaluation& value, const Mesh& mesh,
+VerifyReport judge(const shell::ShellData& data, const Evaluation& value, const Mesh& mesh,
                    const VerifyOptions& options) {
     return with_threads(options.threads, [&] {
         VerifyReport report;

@@ -21,8 +21,8 @@ struct Piece {
 /// The state of one polygon's proof.
 class Bounding {
 public:
-    Bounding(const Lattice& lattice, const Goal& goal, const Cell& cell, const double (&v)[8], double local_low,
-             double local_high, ProofTally& tally)
+    Bounding(const octree::Lattice& lattice, const Goal& goal, const octree::Cell& cell, const double (&v)[8],
+             double local_low, double local_high, ProofTally& tally)
         : lattice_(lattice),
           goal_(goal),
           cell_(cell),
@@ -138,9 +138,9 @@ private:
         return from_lattice(lattice_, corner + polygon.vertex[at]);
     }
 
-    const Lattice& lattice_;
+    const octree::Lattice& lattice_;
     const Goal& goal_;
-    const Cell& cell_;
+    const octree::Cell& cell_;
     const double (&v_)[8];
     double local_low_, local_high_, local_slack_, displacement_;
     double error_ = 0, attained_error_ = 0, smallest_ = infinity, largest_ = -infinity;
@@ -165,8 +165,9 @@ void ProofTally::add(const ProofTally& o) {
     listed += o.listed, unlisted += o.unlisted;
 }
 
-void bound_polygon(const Lattice& lattice, const Goal& goal, const Cell& cell, const double (&v)[8],
-                   double local_low, double local_high, const Polygon& polygon, ProofTally& tally) {
+void bound_polygon(const octree::Lattice& lattice, const Goal& goal, const octree::Cell& cell,
+                   const double (&v)[8], double local_low, double local_high, const Polygon& polygon,
+                   ProofTally& tally) {
     Bounding(lattice, goal, cell, v, local_low, local_high, tally).run(polygon);
 }
 

@@ -47,7 +47,7 @@ public:
         ++tally.samples;
         const double shipped = job_.value(p) / lattice_.width;
         const Point3 x = to_lattice(lattice_, p);
-        Cell cell;
+        octree::Cell cell;
         Point3 t;
         CellRange range[3];
         const bool exact = error == Vec3{};
@@ -113,7 +113,7 @@ private:
     /// leaves open which one does, of some cell.
     void local(const Vec3& p, double f, double slack, bool exact, const CellRange (&range)[3],
                Tally& tally) const {
-        const SurfaceCells& surface = job_.view.data().surface;
+        const shell::SurfaceCells& surface = job_.view.data().surface;
         double worst = infinity, best = -infinity;
         for (std::int64_t z = range[2].low; z <= range[2].high; ++z)
             for (std::int64_t y = range[1].low; y <= range[1].high; ++y)
@@ -136,7 +136,7 @@ private:
     }
 
     const Job& job_;
-    const Lattice& lattice_;
+    const octree::Lattice& lattice_;
     double inner_, outer_, rounding_;
 };
 
@@ -205,7 +205,7 @@ std::pair<std::int64_t, std::int64_t> planes_between(double a, double b) {
 
 /// Edge midpoints, and every `stride`-th crossing of an edge with the lattice planes.
 Tally sample_edges(const Job& job, const Sampler& sampler, std::uint64_t stride) {
-    const Lattice& lattice = job.view.data().lattice;
+    const octree::Lattice& lattice = job.view.data().lattice;
     return in_chunks(job, "verify: edges", job.mesh.triangles.size(), 64, [&](std::uint64_t t, Tally& tally) {
         const Triangle& triangle = job.mesh.triangles[t];
         const Vec3 error = point_error(job.mesh, triangle);
@@ -229,7 +229,7 @@ Tally sample_edges(const Job& job, const Sampler& sampler, std::uint64_t stride)
 }
 
 std::uint64_t count_crossings(const Job& job) {
-    const Lattice& lattice = job.view.data().lattice;
+    const octree::Lattice& lattice = job.view.data().lattice;
     std::uint64_t count = 0;
     for (const Triangle& t : job.mesh.triangles)
         for (int side = 0; side < 3; ++side) {

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "geometry/vec3.h"
+#include "its/inspect.h"
 #include "verify/checks.h"
 
 namespace its::verifier {
@@ -140,7 +141,7 @@ struct GridPoint {
 
 /// Half of the samples on level 0, the others on a level chosen evenly; within a level evenly by group.
 /// LSCG's sums are distances only where all levels are counted: on level 0.
-GridPoint choose(const ShellData& data, std::uint64_t seed, std::uint64_t i) {
+GridPoint choose(const shell::ShellData& data, std::uint64_t seed, std::uint64_t i) {
     GridPoint out;
     const auto below = [&](std::uint64_t stream, std::uint64_t n) {
         return std::min(std::uint64_t(random_unit(seed, stream, i) * double(n)), n - 1);
@@ -148,7 +149,7 @@ GridPoint choose(const ShellData& data, std::uint64_t seed, std::uint64_t i) {
     if (data.info.solver == Solver::direct && random_bits(seed, 10, i) & 1)
         out.level = int(below(11, data.octree.levels.size()));
     out.group = below(12, data.octree.levels[out.level].groups());
-    out.point = int(below(13, group_points));
+    out.point = int(below(13, octree::group_points));
     return out;
 }
 
@@ -193,7 +194,7 @@ double winding_at(const Job& job, const Vec3& p) {
 /// generalized: whether the point is a corner of a finest cell that has both sides: then the value may be the
 /// distance to where they meet.
 bool next_to_hole(const Job& job, const std::array<std::int64_t, 3>& index) {
-    const Lattice& lattice = job.view.data().lattice;
+    const octree::Lattice& lattice = job.view.data().lattice;
     if (job.view.data().info.sign != SignRule::generalized) return false;
     unsigned above = 0, below = 0;  // of the 27 points around: at least, at most ½
     for (int i = 0; i < 27; ++i) {
@@ -206,7 +207,7 @@ bool next_to_hole(const Job& job, const std::array<std::int64_t, 3>& index) {
     }
     for (int cell = 0; cell < 8; ++cell) {
         unsigned corners = 0;
-        for (int c = 0; c < 8; ++c) corners |= 1u << group_point(cell, c);
+        for (int c = 0; c < 8; ++c) corners |= 1u << octree::group_point(cell, c);
         if ((above & corners) != 0 && (below & corners) != 0) return true;
     }
     return false;
@@ -214,15 +215,15 @@ bool next_to_hole(const Job& job, const std::array<std::int64_t, 3>& index) {
 
 void check_point(const Job& job, const std::vector<double>& reach, const GridPoint& at, std::uint64_t sample,
                  Tally& tally) {
-    const ShellData& data = job.view.data();
+    const shell::ShellData& data = job.view.data();
     const double w = data.lattice.width;
-    const Cell parent = morton_decode(data.octree.levels[at.level].parent[at.group]);
+    const octree::Cell parent = octree::morton_decode(data.octree.levels[at.level].parent[at.group]);
     const int local[3] = {at.point % 3, at.point / 3 % 3, at.point / 9};
     std::array<std::int64_t, 3> index;
     for (int axis = 0; axis < 3; ++axis)
         index[axis] = (2 * std::int64_t(parent[axis]) + local[axis]) << at.level;
     const Vec3 p = data.lattice.position(index);
-    const double stored = data.field.values[at.level][group_points * at.group + at.point] * w;
+    const double stored = data.field.values[at.level][octree::group_points * at.group + at.point] * w;
 
     std::vector<Seen> seen(job.mesh.vertices.size());
     for (std::size_t v = 0; v < seen.size(); ++v) {
@@ -296,7 +297,7 @@ Tally check_points(const Job& job, std::uint64_t samples) {
 }  // namespace
 
 void check_signs(const Job& job, VerifyReport& report) {
-    const ShellData& data = job.view.data();
+    const shell::ShellData& data = job.view.data();
     const std::uint64_t allowed = std::max<std::uint64_t>(work_limit / job.mesh.triangles.size(), 1);
     const std::uint64_t samples = std::min(job.options.sign_samples, allowed);
     const Tally sum = check_points(job, samples);

@@ -11,7 +11,7 @@ namespace its::verifier {
 namespace {
 
 /// A point of the box twice the root's size, in lattice units; every other one inside the root.
-Vec3 random_point(const Lattice& lattice, std::uint64_t seed, std::uint64_t i) {
+Vec3 random_point(const octree::Lattice& lattice, std::uint64_t seed, std::uint64_t i) {
     const double side = lattice.cells();
     Vec3 p;
     for (int axis = 0; axis < 3; ++axis) {
@@ -37,7 +37,7 @@ double own_value(const View& view, const Vec3& point) {
 }  // namespace
 
 void check_space(const Job& job, VerifyReport& report) {
-    const Lattice& lattice = job.view.data().lattice;
+    const octree::Lattice& lattice = job.view.data().lattice;
     const std::uint64_t samples = std::min<std::uint64_t>(job.options.samples, 10'000);
     // A sum over K + 2 levels of interpolations, each with less than 32 roundings of values that are below four
     // times the root's side.

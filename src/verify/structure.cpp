@@ -13,8 +13,8 @@ namespace {
 
 using Complaint = std::optional<std::string>;  ///< what is wrong; empty: nothing
 
-Complaint check_shape(const ShellData& data) {
-    const Octree& octree = data.octree;
+Complaint check_shape(const shell::ShellData& data) {
+    const octree::Octree& octree = data.octree;
     if (octree.depth < 0 || octree.depth > max_depth)
         return fmt::format("depth {} is out of range", octree.depth);
     if (data.lattice.depth != octree.depth) return "lattice and octree differ in depth";
@@ -22,23 +22,23 @@ Complaint check_shape(const ShellData& data) {
     if (octree.levels.size() != std::size_t(octree.depth) + 1) return "number of levels is not depth + 1";
     if (data.field.values.size() != octree.levels.size()) return "field and octree differ in levels";
     for (std::size_t k = 0; k < octree.levels.size(); ++k) {
-        const Level& level = octree.levels[k];
+        const octree::Level& level = octree.levels[k];
         if (level.mask.size() != level.parent.size() || level.first.size() != level.parent.size() + 1)
             return fmt::format("level {}: arrays differ in size", k);
-        if (data.field.values[k].size() != group_points * level.parent.size())
+        if (data.field.values[k].size() != octree::group_points * level.parent.size())
             return fmt::format("level {}: not 27 values per group", k);
     }
-    const Level& top = octree.levels.back();
+    const octree::Level& top = octree.levels.back();
     if (top.parent.size() != 1 || top.parent[0] != 0) return "the top level is not the root's eight children";
     return {};
 }
 
 /// Order of the groups, prefix counts, and one group below each mask bit.
-Complaint check_level(const Octree& octree, int k) {
-    const Level& level = octree.levels[k];
+Complaint check_level(const octree::Octree& octree, int k) {
+    const octree::Level& level = octree.levels[k];
     const std::uint64_t codes = std::uint64_t{1} << 3 * (octree.depth - k);
     std::uint64_t count = 0;
-    const Level* below = k > 0 ? &octree.levels[k - 1] : nullptr;
+    const octree::Level* below = k > 0 ? &octree.levels[k - 1] : nullptr;
     for (std::uint64_t g = 0; g < level.groups(); ++g) {
         if (level.parent[g] >= codes) return fmt::format("level {}: group {} lies outside the root", k, g);
         if (g > 0 && level.parent[g] <= level.parent[g - 1])
@@ -59,26 +59,26 @@ Complaint check_level(const Octree& octree, int k) {
     return {};
 }
 
-Complaint check_surface(const ShellData& data) {
-    const SurfaceCells& surface = data.surface;
+Complaint check_surface(const shell::ShellData& data) {
+    const shell::SurfaceCells& surface = data.surface;
     const std::uint64_t cells = data.octree.levels[0].first.back();
     if (surface.lower.size() != cells || surface.upper.size() != cells)
         return "local bounds: not one per surface cell";
     for (std::uint64_t c = 0; c < cells; ++c)
         if (!(surface.lower[c] <= surface.upper[c]))
             return fmt::format("local bounds: lower > upper in cell {}", c);
-    const Level& level = data.octree.levels[0];
-    const TriangleLists& lists = surface.lists;
+    const octree::Level& level = data.octree.levels[0];
+    const shell::TriangleLists& lists = surface.lists;
     if (lists.offset.size() != level.groups() + 1 || lists.offset[0] != 0 ||
         lists.offset.back() != lists.bytes.size())
         return "triangle lists: offsets do not span the bytes";
     for (std::uint64_t g = 0; g < level.groups(); ++g)
-        if (!well_formed(lists, g, std::popcount(level.mask[g]), data.mesh.triangles.size()))
+        if (!shell::well_formed(lists, g, std::popcount(level.mask[g]), data.mesh.triangles.size()))
             return fmt::format("triangle lists: those of group {} are damaged", g);
     return {};
 }
 
-Complaint check_numbers(const ShellData& data) {
+Complaint check_numbers(const shell::ShellData& data) {
     const ShellInfo& info = data.info;
     // One product of doubles: a relative error of 2⁻⁵³; allow it twice.
     const auto differ = [](double a, double b) { return !(std::abs(a - b) <= 0x1p-52 * std::abs(b)); };
@@ -108,35 +108,37 @@ struct PointTally {
 void compare_shared(const View& view, int k, std::uint64_t g, PointTally& tally) {
     const Array<double>& values = view.data().field.values[k];
     const Array<std::uint64_t>& parent = view.data().octree.levels[k].parent;
-    for (int i = 0; i < group_points; ++i) tally.not_finite += !std::isfinite(values[group_points * g + i]);
+    for (int i = 0; i < octree::group_points; ++i)
+        tally.not_finite += !std::isfinite(values[octree::group_points * g + i]);
     const std::int64_t size = std::int64_t{1} << (view.data().octree.depth - k);
-    const Cell me = morton_decode(parent[g]);
+    const octree::Cell me = octree::morton_decode(parent[g]);
     for (int n = 0; n < 27; ++n) {
         const int step[3] = {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-        Cell other;
+        octree::Cell other;
         bool inside = n != 13;
         for (int axis = 0; axis < 3; ++axis) {
             const std::int64_t c = std::int64_t(me[axis]) + step[axis];
             inside = inside && c >= 0 && c < size;
             other[axis] = std::uint32_t(c);
         }
-        if (!inside || morton_encode(other) < parent[g]) continue;
+        if (!inside || octree::morton_encode(other) < parent[g]) continue;
         const std::uint64_t h = view.group(k, other);
-        if (h == no_group) continue;
-        for (int i = 0; i < group_points; ++i) {
+        if (h == octree::no_group) continue;
+        for (int i = 0; i < octree::group_points; ++i) {
             const int p[3] = {i % 3 - 2 * step[0], i / 3 % 3 - 2 * step[1], i / 9 - 2 * step[2]};
             if (std::min({p[0], p[1], p[2]}) < 0 || std::max({p[0], p[1], p[2]}) > 2) continue;
             ++tally.compared;
-            tally.differ += std::bit_cast<std::uint64_t>(values[group_points * g + i]) !=
-                            std::bit_cast<std::uint64_t>(values[group_points * h + p[0] + 3 * p[1] + 9 * p[2]]);
+            tally.differ +=
+                std::bit_cast<std::uint64_t>(values[octree::group_points * g + i]) !=
+                std::bit_cast<std::uint64_t>(values[octree::group_points * h + p[0] + 3 * p[1] + 9 * p[2]]);
         }
     }
 }
 
-PointTally check_points(const ShellData& data, const VerifyOptions& options) {
+PointTally check_points(const shell::ShellData& data, const VerifyOptions& options) {
     const View view(data);
     std::uint64_t total = 0;
-    for (const Level& level : data.octree.levels) total += level.groups();
+    for (const octree::Level& level : data.octree.levels) total += level.groups();
     Stage stage(options.progress, "verify: structure", total);
     PointTally sum;
     constexpr std::uint64_t grain = 1024;
@@ -158,7 +160,7 @@ PointTally check_points(const ShellData& data, const VerifyOptions& options) {
 
 }  // namespace
 
-bool check_structure(const ShellData& data, const VerifyOptions& options, VerifyReport& report) {
+bool check_structure(const shell::ShellData& data, const VerifyOptions& options, VerifyReport& report) {
     VerifyCheck check;
     check.name = "structure";
     const auto finish = [&](bool passed, std::uint64_t violations, const std::string& detail) {

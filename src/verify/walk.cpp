@@ -20,7 +20,7 @@ struct Part {
 /// Walks the cells that a part of M may meet.
 class Walker {
 public:
-    Walker(const Job& job, const Goal& goal, const CellLists& lists, ProofTally& tally)
+    Walker(const Job& job, const Goal& goal, const shell::CellLists& lists, ProofTally& tally)
         : job_(job),
           lattice_(job.view.data().lattice),
           goal_(goal),
@@ -45,7 +45,7 @@ public:
         const int second = (axis + 1) % 3, third = (axis + 2) % 3;
         Polygon sheet, row, piece;
         if (!cut(part.polygon, axis, i, sheet)) return;
-        Cell cell;
+        octree::Cell cell;
         cell[axis] = std::uint32_t(i);
         const CellRange rows = range(sheet, second);
         for (std::int64_t j = rows.low; j <= rows.high; ++j) {
@@ -65,7 +65,7 @@ private:
         return clip_slab(in, axis, double(i) - dilation_, double(i + 1) + dilation_, out);
     }
 
-    void meet(const Part& part, const Cell& cell, const Polygon& piece, bool contact_only) {
+    void meet(const Part& part, const octree::Cell& cell, const Polygon& piece, bool contact_only) {
         const CellEntry entry = look_up(cell);
         coverage(part, cell, entry, piece);
         if (contact_only) return;
@@ -88,8 +88,8 @@ private:
         bound_polygon(lattice_, goal_, cell, v, low, high, local, tally_);
     }
 
-    CellEntry look_up(const Cell& cell) {
-        const Cell parent = {cell[0] >> 1, cell[1] >> 1, cell[2] >> 1};
+    CellEntry look_up(const octree::Cell& cell) {
+        const octree::Cell parent = {cell[0] >> 1, cell[1] >> 1, cell[2] >> 1};
         if (parent != last_parent_) {
             last_parent_ = parent;
             last_group_ = job_.view.group(0, parent);
@@ -98,7 +98,7 @@ private:
     }
 
     /// A cell that M certainly meets must be marked, and list the triangle.
-    void coverage(const Part& part, const Cell& cell, const CellEntry& entry, const Polygon& piece) {
+    void coverage(const Part& part, const octree::Cell& cell, const CellEntry& entry, const Polygon& piece) {
         if (entry.marked && (!job_.same_mesh || lists(entry, part.triangle))) {
             tally_.listed += job_.same_mesh;
             return;
@@ -125,7 +125,7 @@ private:
 
     /// How deep in the cell some point of the part is for certain, or −1 if rounding leaves it open whether it
     /// meets the cell. On an axis where the part lies in a face of the cell exactly, there is nothing to ask.
-    double certain_depth(const Part& part, const Cell& cell, Polygon piece) const {
+    double certain_depth(const Part& part, const octree::Cell& cell, Polygon piece) const {
         bool in_face[3];
         for (int axis = 0; axis < 3; ++axis) {
             in_face[axis] = part.plane[axis] == cell[axis] || part.plane[axis] == std::int64_t(cell[axis]) + 1;
@@ -148,19 +148,19 @@ private:
     }
 
     const Job& job_;
-    const Lattice& lattice_;
+    const octree::Lattice& lattice_;
     const Goal& goal_;
-    const CellLists& lists_;
+    const shell::CellLists& lists_;
     // A vertex inside the cell shrunk by 96 is off by less than 3 + 12 · 6
     // = 75.
     double dilation_, shrink_;
-    Cell last_parent_ = {~0u, ~0u, ~0u};
-    std::uint64_t last_group_ = no_group;
+    octree::Cell last_parent_ = {~0u, ~0u, ~0u};
+    std::uint64_t last_group_ = octree::no_group;
     ProofTally& tally_;
 };
 
 /// Lattice plane that vertex v is on exactly, or −1.
-std::int64_t exact_plane(const Lattice& lattice, int axis, double x) {
+std::int64_t exact_plane(const octree::Lattice& lattice, int axis, double x) {
     const double u = std::nearbyint((x - lattice.position(axis, 0)) / lattice.width);
     const std::int64_t i = std::int64_t(u);
     return lattice.position(axis, i) == x ? i : -1;
@@ -168,7 +168,7 @@ std::int64_t exact_plane(const Lattice& lattice, int axis, double x) {
 
 /// The triangle's corners `from` … `from + count − 1` (cyclic).
 Part make_part(const Job& job, std::uint64_t t, int from, int count) {
-    const Lattice& lattice = job.view.data().lattice;
+    const octree::Lattice& lattice = job.view.data().lattice;
     Part part;
     part.triangle = std::uint32_t(t);
     part.polygon.count = count;
@@ -214,8 +214,9 @@ Slabs slabs_of(const Walker& walker, const Polygon& polygon) {
 }
 
 ProofTally walk(const Job& job, const Goal& goal) {
-    const ShellData& data = job.view.data();
-    const CellLists lists = unpack_lists(data.octree.levels[0], data.surface.lists, data.mesh.triangles.size());
+    const shell::ShellData& data = job.view.data();
+    const shell::CellLists lists =
+        shell::unpack_lists(data.octree.levels[0], data.surface.lists, data.mesh.triangles.size());
     const std::uint64_t triangles = job.mesh.triangles.size();
     ProofTally unused;
     const Walker ruler(job, goal, lists, unused);
@@ -247,7 +248,7 @@ ProofTally walk(const Job& job, const Goal& goal) {
 }
 
 Goal make_goal(const Job& job) {
-    const ShellData& data = job.view.data();
+    const shell::ShellData& data = job.view.data();
     const double rounding = data.info.rounding / job.width();
     Goal goal;
     goal.inner = data.epsilon_inner;

@@ -1,4 +1,5 @@
 #include "cli/program.h"
+#include "its/mesh_file.h"
 
 #include <grp.h>
 #include <poll.h>

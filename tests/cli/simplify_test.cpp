@@ -6,6 +6,7 @@
 
 #include "cli/program.h"
 #include "geometry/vec3.h"
+#include "its/mesh_file.h"
 #include "support/zoo.h"
 
 /// `its simplify`: what it writes, says and refuses.

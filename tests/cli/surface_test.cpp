@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/program.h"
+#include "its/inspect.h"
 #include "its/mesh.h"
+#include "its/mesh_file.h"
 #include "support/zoo.h"
 
 /// its surface.

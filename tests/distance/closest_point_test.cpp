@@ -14,6 +14,7 @@
 
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
+#include "its/mesh_file.h"
 #include "octree/lattice.h"
 #include "support/zoo.h"
 
@@ -26,7 +27,7 @@ using testing::HasSubstr;
 std::vector<Vec3> queries(const Mesh& mesh, double factor, int count, std::uint64_t seed) {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> uniform(-0.5 * factor, 0.5 * factor);
-    const Box box = bounds(mesh);
+    const Box box = octree::bounds(mesh);
     std::vector<Vec3> points;
     for (int i = 0; i < count; ++i) {
         Vec3 p;
@@ -50,21 +51,22 @@ public:
         for (std::size_t i = 0; i < blocks_.size(); ++i)
             for (std::uint64_t lane = 0; lane < 8; ++lane) {
                 const Triangle& t = mesh.triangles[i];
-                set_lane(blocks_[i], lane, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
+                distance::set_lane(blocks_[i], lane, mesh.vertices[t[0]], mesh.vertices[t[1]],
+                                   mesh.vertices[t[2]]);
             }
     }
 
-    Nearest find(const Vec3& p) const {
-        Nearest best{.squared = std::numeric_limits<double>::infinity()};
+    distance::Nearest find(const Vec3& p) const {
+        distance::Nearest best{.squared = std::numeric_limits<double>::infinity()};
         for (std::size_t i = 0; i < blocks_.size(); ++i) {
-            const double d = squared_distance(blocks_[i], 0, p.x, p.y, p.z);
+            const double d = distance::squared_distance(blocks_[i], 0, p.x, p.y, p.z);
             if (d < best.squared) best = {std::uint32_t(i), 0, d};
         }
         return best;
     }
 
 private:
-    std::vector<TriangleBlock> blocks_;
+    std::vector<distance::TriangleBlock> blocks_;
 };
 
 double size_of(const Mesh& mesh, const Vec3& p) {
@@ -77,11 +79,11 @@ double size_of(const Mesh& mesh, const Vec3& p) {
 TEST(ClosestPoint, IsTheBruteForceAnswerBitForBit) {
     for (const auto& [name, mesh, closed] : zoo::all()) {
         SCOPED_TRACE(name);
-        const ClosestPointTree tree(mesh.vertices, mesh.triangles);
+        const distance::ClosestPointTree tree(mesh.vertices, mesh.triangles);
         const BruteForce brute_force(mesh);
         for (const double factor : {1.0, 10.0, 1e6})
             for (const Vec3& p : queries(mesh, factor, 40, 7)) {
-                const Nearest expected = brute_force.find(p), found = tree.find(p);
+                const distance::Nearest expected = brute_force.find(p), found = tree.find(p);
                 ASSERT_EQ(found.squared, expected.squared);
                 ASSERT_EQ(found.triangle, expected.triangle);
             }
@@ -108,9 +110,9 @@ TEST(ClosestPoint, PointIsOnTheTriangleAtThatDistance) {
 
 TEST(ClosestPoint, BoundLeavesOutWhatIsFarther) {
     const Mesh mesh = zoo::sphere({0, 0, 0}, 1.0, 3);
-    const ClosestPointTree tree(mesh.vertices, mesh.triangles);
+    const distance::ClosestPointTree tree(mesh.vertices, mesh.triangles);
     const Vec3 p{3, 0.1, 0.2};
-    const Nearest found = tree.find(p);
+    const distance::Nearest found = tree.find(p);
     EXPECT_EQ(tree.find(p, 1.001 * std::sqrt(found.squared)).triangle, found.triangle);
     EXPECT_EQ(tree.find(p, 0.999 * std::sqrt(found.squared)).squared, std::numeric_limits<double>::infinity());
 }
@@ -121,9 +123,10 @@ TEST(ClosestPoint, ScalesOfAnySize) {
         SCOPED_TRACE(exponent);
         Mesh mesh = unit;
         for (Vec3& v : mesh.vertices) v = std::ldexp(1.0, exponent) * v;
-        const ClosestPointTree tree(mesh.vertices, mesh.triangles), unit_tree(unit.vertices, unit.triangles);
+        const distance::ClosestPointTree tree(mesh.vertices, mesh.triangles),
+            unit_tree(unit.vertices, unit.triangles);
         for (const Vec3& p : queries(unit, 2.0, 50, 5)) {
-            const Nearest a = unit_tree.find(p), b = tree.find(std::ldexp(1.0, exponent) * p);
+            const distance::Nearest a = unit_tree.find(p), b = tree.find(std::ldexp(1.0, exponent) * p);
             ASSERT_EQ(std::ldexp(a.squared, 2 * exponent), b.squared);
             ASSERT_EQ(a.triangle, b.triangle);
         }

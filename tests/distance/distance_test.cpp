@@ -58,21 +58,21 @@ Real exact_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) 
 }
 
 struct Setting {
-    Lattice lattice;
+    octree::Lattice lattice;
     std::vector<Vec3> positions;
-    Octree octree;
+    octree::Octree octree;
 };
 
 Setting setting(const Mesh& mesh, int depth) {
-    Setting s{make_lattice(bounds(mesh), depth), {}, {}};
+    Setting s{octree::make_lattice(octree::bounds(mesh), depth), {}, {}};
     for (const Vec3& v : mesh.vertices) s.positions.push_back(s.lattice.to_lattice(v));
-    s.octree =
-        make_octree(depth, voxelise(s.positions, mesh.triangles, depth, s.lattice.point_error(), {}).cell);
+    s.octree = octree::make_octree(
+        depth, octree::voxelise(s.positions, mesh.triangles, depth, s.lattice.point_error(), {}).cell);
     return s;
 }
 
-Vec3 position(const Octree& octree, int level, std::uint64_t group, int point) {
-    const Cell at = morton_decode(octree.levels[level].parent[group]);
+Vec3 position(const octree::Octree& octree, int level, std::uint64_t group, int point) {
+    const octree::Cell at = octree::morton_decode(octree.levels[level].parent[group]);
     const double step = std::ldexp(1.0, level);
     return {step * (2.0 * at[0] + point % 3), step * (2.0 * at[1] + point / 3 % 3),
             step * (2.0 * at[2] + point / 9)};
@@ -80,14 +80,14 @@ Vec3 position(const Octree& octree, int level, std::uint64_t group, int point) {
 
 void compare_with_brute_force(const Mesh& mesh, int depth, int samples) {
     const Setting s = setting(mesh, depth);
-    const auto distance = grid_distances(s.octree, s.positions, mesh.triangles, {});
+    const auto distance = distance::grid_distances(s.octree, s.positions, mesh.triangles, {});
     std::mt19937_64 random(3);
     for (int k = 0; k <= depth; ++k) {
         const std::uint64_t groups = s.octree.levels[k].groups();
-        ASSERT_EQ(distance[k].size(), group_points * groups);
+        ASSERT_EQ(distance[k].size(), octree::group_points * groups);
         for (int i = 0; i < samples; ++i) {
             const std::uint64_t group = random() % groups;
-            const int point = int(random() % group_points);
+            const int point = int(random() % octree::group_points);
             const Vec3 p = position(s.octree, k, group, point);
             Real expected = std::numeric_limits<Real>::infinity();
             for (const Triangle& t : mesh.triangles)
@@ -95,7 +95,7 @@ void compare_with_brute_force(const Mesh& mesh, int depth, int samples) {
                                     exact_distance(p, s.positions[t[0]], s.positions[t[1]], s.positions[t[2]]));
             // docs/design/distance.md proves 42u × the size of the coordinates; a fifth of it is seldom
             // reached.
-            ASSERT_NEAR(distance[k][group_points * group + point], double(expected),
+            ASSERT_NEAR(distance[k][octree::group_points * group + point], double(expected),
                         8 * unit_roundoff * s.lattice.cells())
                 << "level " << k << " group " << group << " point " << point;
         }
@@ -130,13 +130,13 @@ TEST(GridDistance, AgreesWithBruteForceOnSlivers) {
 TEST(GridDistance, EqualPositionsHaveEqualBits) {
     for (const auto& entry : zoo::all()) {
         const Setting s = setting(entry.mesh, 5);
-        const auto distance = grid_distances(s.octree, s.positions, entry.mesh.triangles, {});
+        const auto distance = distance::grid_distances(s.octree, s.positions, entry.mesh.triangles, {});
         std::map<std::array<double, 3>, double> known;
         for (int k = 0; k <= 5; ++k)
             for (std::uint64_t group = 0; group < s.octree.levels[k].groups(); ++group)
-                for (int point = 0; point < group_points; ++point) {
+                for (int point = 0; point < octree::group_points; ++point) {
                     const Vec3 p = position(s.octree, k, group, point);
-                    const double d = distance[k][group_points * group + point];
+                    const double d = distance[k][octree::group_points * group + point];
                     const auto [it, is_new] = known.emplace(std::array{p.x, p.y, p.z}, d);
                     ASSERT_EQ(it->second, d) << entry.name << " level " << k;
                 }

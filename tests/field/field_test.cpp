@@ -22,9 +22,9 @@ ThinShell build_at(const Mesh& mesh, int depth, Solver solver = Solver::direct) 
     return build(mesh, options);
 }
 
-double evaluate(const ShellData& shell, const Vec3& u) {
-    const TrilinearCell cell = locate(shell.octree, shell.field, u);
-    return trilinear(cell.value, (1.0 / cell.width) * (u - cell.corner));
+double evaluate(const shell::ShellData& shell, const Vec3& u) {
+    const field::TrilinearCell cell = field::locate(shell.octree, shell.field, u);
+    return geometry::trilinear(cell.value, (1.0 / cell.width) * (u - cell.corner));
 }
 
 struct GridPoint {
@@ -34,19 +34,19 @@ struct GridPoint {
 };
 
 /// Every grid point of every level once, with its coefficient.
-std::vector<GridPoint> grid_points(const ShellData& shell) {
+std::vector<GridPoint> grid_points(const shell::ShellData& shell) {
     std::vector<GridPoint> result;
     for (int k = 0; k <= shell.octree.depth; ++k) {
         const double step = std::ldexp(1.0, k);
         std::map<std::array<double, 3>, double> known;
         for (std::uint64_t group = 0; group < shell.octree.levels[k].groups(); ++group) {
-            const Cell at = morton_decode(shell.octree.levels[k].parent[group]);
+            const octree::Cell at = octree::morton_decode(shell.octree.levels[k].parent[group]);
             for (int child = 0; child < 8; ++child)
                 for (int corner = 0; corner < 8; ++corner) {
-                    const int p = group_point(child, corner);
+                    const int p = octree::group_point(child, corner);
                     const std::array position = {step * (2.0 * at[0] + p % 3), step * (2.0 * at[1] + p / 3 % 3),
                                                  step * (2.0 * at[2] + p / 9)};
-                    const double c = coefficient(shell.octree, shell.field, k, group, child, corner);
+                    const double c = field::coefficient(shell.octree, shell.field, k, group, child, corner);
                     const auto [it, is_new] = known.emplace(position, c);
                     if (is_new)
                         result.push_back({{position[0], position[1], position[2]}, k, c});
@@ -97,13 +97,13 @@ TEST_P(FieldOfTheZoo, EveryEquationHolds) {
         const double tolerance = 1e-9 * std::ldexp(1.0, 4);  // of s, in cell widths
         for (int k = 0; k <= 4; ++k) {
             const double step = std::ldexp(1.0, k);
-            const Level& level = shell.data().octree.levels[k];
+            const octree::Level& level = shell.data().octree.levels[k];
             for (std::uint64_t group = 0; group < level.groups(); ++group) {
-                const Cell at = morton_decode(level.parent[group]);
-                for (int p = 0; p < group_points; ++p) {
+                const octree::Cell at = octree::morton_decode(level.parent[group]);
+                for (int p = 0; p < octree::group_points; ++p) {
                     const Vec3 u{step * (2.0 * at[0] + p % 3), step * (2.0 * at[1] + p / 3 % 3),
                                  step * (2.0 * at[2] + p / 9)};
-                    const double d = direct.data().field.values[k][group_points * group + p];  // D(g)
+                    const double d = direct.data().field.values[k][octree::group_points * group + p];  // D(g)
                     ASSERT_NEAR(evaluate(shell.data(), u), d, tolerance) << entry.name << " level " << k;
                 }
             }

@@ -18,13 +18,13 @@ using Generator = std::mt19937_64;
 using Key = std::array<std::int64_t, 4>;  // level, then the position in finest cells
 
 /// A random octree: every cell is subdivided with the given probability, at least one cell of a level.
-Octree random_octree(int depth, double probability, Generator& random) {
-    Octree octree;
+octree::Octree random_octree(int depth, double probability, Generator& random) {
+    octree::Octree octree;
     octree.depth = depth;
     octree.levels.resize(depth + 1);
     std::vector<std::uint64_t> parents{0};
     for (int k = depth; k >= 0; --k) {
-        Level& level = octree.levels[k];
+        octree::Level& level = octree.levels[k];
         std::vector<std::uint8_t> masks;
         std::vector<std::uint64_t> children;
         for (const std::uint64_t parent : parents) {
@@ -43,10 +43,10 @@ Octree random_octree(int depth, double probability, Generator& random) {
 }
 
 template <class Visit>
-void for_points(const Octree& octree, int k, Visit&& visit) {
-    const Level& level = octree.levels[k];
+void for_points(const octree::Octree& octree, int k, Visit&& visit) {
+    const octree::Level& level = octree.levels[k];
     for (std::uint64_t group = 0; group < level.groups(); ++group) {
-        const Cell parent = morton_decode(level.parent[group]);
+        const octree::Cell parent = octree::morton_decode(level.parent[group]);
         for (std::int64_t z = 0; z < 3; ++z)
             for (std::int64_t y = 0; y < 3; ++y)
                 for (std::int64_t x = 0; x < 3; ++x)
@@ -58,9 +58,9 @@ void for_points(const Octree& octree, int k, Visit&& visit) {
 /// D by position alone: two grid points at the same place have the same distance.
 struct Distances {
     std::map<std::array<std::int64_t, 3>, double> at;
-    Field field;
+    field::Field field;
 
-    Distances(const Octree& octree, Generator& random) {
+    Distances(const octree::Octree& octree, Generator& random) {
         std::uniform_real_distribution<double> uniform(-1, 1);
         for (int k = 0; k <= octree.depth; ++k) {
             std::vector<double> values;
@@ -94,7 +94,7 @@ struct Spline {
 };
 
 /// Coefficients from cumulative values, or, if these are D, the direct solution.
-Spline spline_of(const Octree& octree, const Field& field) {
+Spline spline_of(const octree::Octree& octree, const field::Field& field) {
     Spline spline;
     for (int k = octree.depth; k >= 0; --k) {
         const Spline coarser = spline;
@@ -106,10 +106,10 @@ Spline spline_of(const Octree& octree, const Field& field) {
     return spline;
 }
 
-double trilinear(const Field& field, std::uint64_t group, int child, double x, double y, double z) {
+double trilinear(const field::Field& field, std::uint64_t group, int child, double x, double y, double z) {
     double sum = 0;
     for (int corner = 0; corner < 8; ++corner)
-        sum += field.values[0][27 * group + group_point(child, corner)] * (corner & 1 ? x : 1 - x) *
+        sum += field.values[0][27 * group + octree::group_point(child, corner)] * (corner & 1 ? x : 1 - x) *
                (corner & 2 ? y : 1 - y) * (corner & 4 ? z : 1 - z);
     return sum;
 }
@@ -118,10 +118,10 @@ class Lscg : public testing::TestWithParam<int> {};
 
 TEST_P(Lscg, SatisfiesEveryEquation) {
     Generator random(100 + GetParam());
-    const Octree octree = random_octree(GetParam(), GetParam() < 3 ? 0.4 : 0.2, random);
+    const octree::Octree octree = random_octree(GetParam(), GetParam() < 3 ? 0.4 : 0.2, random);
     const Distances distances(octree, random);
-    LscgReport report;
-    const Field field = solve_lscg(octree, distances.field, 1e-10, {}, &report);
+    field::LscgReport report;
+    const field::Field field = field::solve_lscg(octree, distances.field, 1e-10, {}, &report);
     std::printf("depth %d: %llu equations, %llu iterations, residual %.1e\n", GetParam(),
                 static_cast<unsigned long long>(report.equations),
                 static_cast<unsigned long long>(report.iterations), report.residual);
@@ -145,7 +145,8 @@ TEST_P(Lscg, SatisfiesEveryEquation) {
     for (int i = 0; i < 200; ++i) {
         const std::uint64_t group = random() % octree.levels[0].groups();
         const int child = int(random() % 8);
-        const Cell cell = morton_decode(octree.levels[0].parent[group] << 3 | std::uint64_t(child));
+        const octree::Cell cell =
+            octree::morton_decode(octree.levels[0].parent[group] << 3 | std::uint64_t(child));
         const double x = uniform(random), y = uniform(random), z = uniform(random);
         const double expected = trilinear(distances.field, group, child, x, y, z);
         ASSERT_NEAR(spline(cell[0] + x, cell[1] + y, cell[2] + z), expected, 1e-8);
@@ -155,10 +156,10 @@ TEST_P(Lscg, SatisfiesEveryEquation) {
 
 TEST_P(Lscg, SharedGridPointsHaveTheSameBits) {
     Generator random(200 + GetParam());
-    const Octree octree = random_octree(GetParam(), 0.3, random);
+    const octree::Octree octree = random_octree(GetParam(), 0.3, random);
     const Distances distances(octree, random);
-    const Field field = solve_lscg(octree, distances.field, 1e-10, {});
-    const Field again = solve_lscg(octree, distances.field, 1e-10, {});
+    const field::Field field = field::solve_lscg(octree, distances.field, 1e-10, {});
+    const field::Field again = field::solve_lscg(octree, distances.field, 1e-10, {});
     EXPECT_EQ(field.values, again.values);
     for (int k = 0; k <= octree.depth; ++k) {
         std::map<Key, double> seen;
@@ -173,45 +174,45 @@ INSTANTIATE_TEST_SUITE_P(Depth, Lscg, testing::Values(0, 1, 2, 3, 4));
 
 TEST(LscgErrors, ToleranceThatCannotBeReached) {
     Generator random(1);
-    const Octree octree = random_octree(2, 0.4, random);
+    const octree::Octree octree = random_octree(2, 0.4, random);
     const Distances distances(octree, random);
-    LscgReport report;
-    EXPECT_THROW(solve_lscg(octree, distances.field, 1e-30, {}, &report), Error);
+    field::LscgReport report;
+    EXPECT_THROW(field::solve_lscg(octree, distances.field, 1e-30, {}, &report), Error);
     EXPECT_GT(report.residual, 0);
     EXPECT_LT(report.residual, 1e-12);
 
     // Two levels that disagree at the same place, on a root with all of its children: no solution.
-    const Octree full = random_octree(2, 1, random);
+    const octree::Octree full = random_octree(2, 1, random);
     Distances inconsistent(full, random);
     test::edit(inconsistent.field.values[full.depth])[13] += 1;
-    EXPECT_THROW(solve_lscg(full, inconsistent.field, 1e-10, {}, &report), Error);
+    EXPECT_THROW(field::solve_lscg(full, inconsistent.field, 1e-10, {}, &report), Error);
     EXPECT_GT(report.residual, 0.01);
 
     Distances broken = distances;
     test::edit(broken.field.values[octree.depth])[13] = NAN;
-    EXPECT_THROW(solve_lscg(octree, broken.field, 1e-10, {}), Error);
+    EXPECT_THROW(field::solve_lscg(octree, broken.field, 1e-10, {}), Error);
 }
 
 TEST(LscgErrors, StopsWhenAsked) {
     Generator random(1);
-    const Octree octree = random_octree(3, 0.3, random);
+    const octree::Octree octree = random_octree(3, 0.3, random);
     const Distances distances(octree, random);
     int calls = 0;
     const Progress stop = [&](std::string_view stage, double) {
         ++calls;
         return stage != "coefficients";
     };
-    EXPECT_THROW(solve_lscg(octree, distances.field, 1e-10, stop), Cancelled);
+    EXPECT_THROW(field::solve_lscg(octree, distances.field, 1e-10, stop), Cancelled);
     EXPECT_LE(calls, 110);
 }
 
 TEST(Lscg, Zero) {
     Generator random(1);
-    const Octree octree = random_octree(2, 0.3, random);
+    const octree::Octree octree = random_octree(2, 0.3, random);
     Distances distances(octree, random);
     for (auto& level : distances.field.values) level = std::vector<double>(level.size());
-    LscgReport report;
-    const Field field = solve_lscg(octree, distances.field, 1e-10, {}, &report);
+    field::LscgReport report;
+    const field::Field field = field::solve_lscg(octree, distances.field, 1e-10, {}, &report);
     EXPECT_EQ(report.residual, 0);
     EXPECT_EQ(field.values, distances.field.values);
 }

@@ -2,5 +2,6 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     return its::fuzz::check_reader(
-        [](std::string_view bytes) { return its::parse_gltf(bytes, {}, {.attributes = true}); }, data, size);
+        [](std::string_view bytes) { return its::formats::parse_gltf(bytes, {}, {.attributes = true}); }, data,
+        size);
 }

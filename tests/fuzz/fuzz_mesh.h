@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "formats/readers.h"
 #include "geometry/vec3.h"
-#include "mesh/readers.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 
 namespace its::fuzz {
 

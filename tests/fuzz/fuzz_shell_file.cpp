@@ -5,14 +5,14 @@
 #include <utility>
 #include <vector>
 
-#include "io/shell_file.h"
 #include "its/query.h"
+#include "shell_file/shell_file.h"
 
 namespace {
 
 /// Asks everything that a quickly loaded shell may be asked: no answer need be right, none may do harm.
-void use(its::ShellData data) {
-    const its::ThinShell shell(std::make_shared<const its::ShellData>(std::move(data)));
+void use(its::shell::ShellData data) {
+    const its::ThinShell shell(std::make_shared<const its::shell::ShellData>(std::move(data)));
     const its::Query query(shell);
     const its::Box& root = shell.info().root;
     for (const its::Vec3& v : shell.mesh().vertices) (void)query.classify(v);
@@ -36,13 +36,13 @@ void use(its::ShellData data) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto input = std::as_bytes(std::span(data, size));
     std::vector<std::byte> file(input.begin(), input.end());
-    its::mend_checksums(file);
+    its::shell_file::mend_checksums(file);
     try {
-        use(its::decode(file, "shell", its::LoadCheck::quick));
-        const its::ShellData full = its::decode(file);
+        use(its::shell_file::decode(file, "shell", its::LoadCheck::quick));
+        const its::shell::ShellData full = its::shell_file::decode(file);
         std::uint32_t version = 0;
         std::memcpy(&version, file.data() + 8, sizeof(version));
-        if (version > 1 && its::encode(full) != file) __builtin_trap();
+        if (version > 1 && its::shell_file::encode(full) != file) __builtin_trap();
     } catch (const its::InputError&) {
     }
     return 0;

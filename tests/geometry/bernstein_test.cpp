@@ -35,14 +35,15 @@ TEST(Trilinear, EvaluationErrorIsBelowItsBound) {
     for (int i = 0; i < 100000; ++i) {
         const Case c = random_case(random);
         const Real exact = trilinear_exactly(c.corner, c.p.x, c.p.y, c.p.z);
-        EXPECT_LE(double(std::abs(trilinear(c.corner, c.p) - exact)), trilinear_roundings * unit_roundoff * 2);
+        EXPECT_LE(double(std::abs(geometry::trilinear(c.corner, c.p) - exact)),
+                  geometry::trilinear_roundings * unit_roundoff * 2);
     }
 }
 
 TEST(Trilinear, IsExactAtTheLowerCorner) {
     std::mt19937_64 random(2);
     const Case c = random_case(random);
-    EXPECT_EQ(trilinear(c.corner, {0, 0, 0}), c.corner[0]);
+    EXPECT_EQ(geometry::trilinear(c.corner, {0, 0, 0}), c.corner[0]);
 }
 
 TEST(Trilinear, GradientIsThatOfTheInterpolant) {
@@ -50,12 +51,12 @@ TEST(Trilinear, GradientIsThatOfTheInterpolant) {
     for (int i = 0; i < 1000; ++i) {
         const Case c = random_case(random);
         Vec3 g;
-        EXPECT_EQ(trilinear_with_gradient(c.corner, c.p, g), trilinear(c.corner, c.p));
+        EXPECT_EQ(geometry::trilinear_with_gradient(c.corner, c.p, g), geometry::trilinear(c.corner, c.p));
         for (int axis = 0; axis < 3; ++axis) {  // linear along each axis: a difference of any length is exact
             Vec3 a = c.p, b = c.p;
             a[axis] = 0;
             b[axis] = 1;
-            EXPECT_NEAR(g[axis], trilinear(c.corner, b) - trilinear(c.corner, a), 1e-13);
+            EXPECT_NEAR(g[axis], geometry::trilinear(c.corner, b) - geometry::trilinear(c.corner, a), 1e-13);
         }
     }
 }
@@ -64,9 +65,10 @@ TEST(Bernstein, BoundsHoldOnDenseSamplesAndAreAttainedWhereTheySay) {
     std::mt19937_64 random(4);
     for (int i = 0; i < 3000; ++i) {
         const Case c = random_case(random);
-        const Bounds b =
-            bernstein_bounds(c.corner, sample(c.corner, c.p), sample(c.corner, c.q), sample(c.corner, c.r));
-        const double slack = (control_roundings + trilinear_roundings) * unit_roundoff * 2;
+        const geometry::Bounds b =
+            geometry::bernstein_bounds(c.corner, geometry::sample(c.corner, c.p),
+                                       geometry::sample(c.corner, c.q), geometry::sample(c.corner, c.r));
+        const double slack = (geometry::control_roundings + geometry::trilinear_roundings) * unit_roundoff * 2;
         EXPECT_LE(b.lower, b.least);
         EXPECT_LE(b.most, b.upper);
         const int n = 16;
@@ -87,7 +89,8 @@ TEST(Bernstein, ControlValuesAreThePolarForm) {
     // from the centroid, through the bounds of a function whose middle control value is the largest.
     const double corner[8] = {0, 0, 0, 0, 0, 0, 0, 6};  // 6xyz: b(p,q,r) = the permanent of the coordinates
     const Vec3 p{1, 0, 0}, q{0, 1, 0}, r{0, 0, 1};
-    const Bounds b = bernstein_bounds(corner, sample(corner, p), sample(corner, q), sample(corner, r));
+    const geometry::Bounds b = geometry::bernstein_bounds(
+        corner, geometry::sample(corner, p), geometry::sample(corner, q), geometry::sample(corner, r));
     EXPECT_NEAR(b.upper, 1.0, 1e-15);
     EXPECT_NEAR(b.most, 6.0 / 27, 1e-15);
     EXPECT_NEAR(b.lower, 0, 1e-15);
@@ -99,8 +102,9 @@ TEST(Bernstein, SubdivisionConvergesQuadratically) {
         Case c = random_case(random);
         double gap[3];
         for (double& g : gap) {
-            const Bounds b =
-                bernstein_bounds(c.corner, sample(c.corner, c.p), sample(c.corner, c.q), sample(c.corner, c.r));
+            const geometry::Bounds b =
+                geometry::bernstein_bounds(c.corner, geometry::sample(c.corner, c.p),
+                                           geometry::sample(c.corner, c.q), geometry::sample(c.corner, c.r));
             g = (b.upper - b.most) + (b.least - b.lower);
             c.q = c.p + 0.125 * (c.q - c.p);
             c.r = c.p + 0.125 * (c.r - c.p);
@@ -109,7 +113,7 @@ TEST(Bernstein, SubdivisionConvergesQuadratically) {
     }
 }
 
-double area(const Polygon& polygon) {
+double area(const geometry::Polygon& polygon) {
     Vec3 sum{0, 0, 0};
     for (int i = 2; i < polygon.size; ++i)
         sum = sum + cross(polygon.vertex(i - 1) - polygon.vertex(0), polygon.vertex(i) - polygon.vertex(0));
@@ -127,7 +131,8 @@ TEST(Clip, PartsInAllCellsMakeUpTheTriangle) {
             for (int y = 0; y < 8; ++y)
                 for (int z = 0; z < 8; ++z) {
                     const Vec3 corner{double(x), double(y), double(z)};
-                    const Polygon part = clip_to_cell(v[0] - corner, v[1] - corner, v[2] - corner, 0);
+                    const geometry::Polygon part =
+                        geometry::clip_to_cell(v[0] - corner, v[1] - corner, v[2] - corner, 0);
                     sum += area(part);
                     for (int k = 0; k < part.size; ++k)
                         for (int axis = 0; axis < 3; ++axis) {
@@ -141,8 +146,8 @@ TEST(Clip, PartsInAllCellsMakeUpTheTriangle) {
 
 TEST(Clip, KeepsPointsAndSegments) {
     const Vec3 p{0.25, 0.5, 0.75};
-    EXPECT_GT(clip_to_cell(p, p, p, 0).size, 0);
-    const Polygon segment = clip_to_cell({-1, 0.5, 0.5}, {2, 0.5, 0.5}, {-1, 0.5, 0.5}, 0);
+    EXPECT_GT(geometry::clip_to_cell(p, p, p, 0).size, 0);
+    const geometry::Polygon segment = geometry::clip_to_cell({-1, 0.5, 0.5}, {2, 0.5, 0.5}, {-1, 0.5, 0.5}, 0);
     double low = 9, high = -9;
     for (int i = 0; i < segment.size; ++i) {
         low = std::min(low, segment.vertex(i).x);
@@ -150,8 +155,9 @@ TEST(Clip, KeepsPointsAndSegments) {
     }
     EXPECT_EQ(low, 0);
     EXPECT_EQ(high, 1);
-    EXPECT_EQ(clip_to_cell({2, 2, 2}, {3, 2, 2}, {2, 3, 2}, 0).size, 0);
-    EXPECT_GT(clip_to_cell({1, 0, 0}, {1, 1, 0}, {1, 0, 1}, 0).size, 0) << "a triangle in a face of the cell";
+    EXPECT_EQ(geometry::clip_to_cell({2, 2, 2}, {3, 2, 2}, {2, 3, 2}, 0).size, 0);
+    EXPECT_GT(geometry::clip_to_cell({1, 0, 0}, {1, 1, 0}, {1, 0, 1}, 0).size, 0)
+        << "a triangle in a face of the cell";
 }
 
 }  // namespace

@@ -120,9 +120,9 @@ TEST_P(Kinds, Orient2dIsExact) {
     for (int i = 0; i < rounds(); ++i) {
         const auto p = points(kind(), 3, random);
         const int expected = oracle_2d(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y);
-        ASSERT_EQ(orient2d(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y), expected);
-        ASSERT_EQ(orient2d(p[1].x, p[1].y, p[0].x, p[0].y, p[2].x, p[2].y), -expected);
-        ASSERT_EQ(orient2d(p[1].x, p[1].y, p[2].x, p[2].y, p[0].x, p[0].y), expected);
+        ASSERT_EQ(geometry::orient2d(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y), expected);
+        ASSERT_EQ(geometry::orient2d(p[1].x, p[1].y, p[0].x, p[0].y, p[2].x, p[2].y), -expected);
+        ASSERT_EQ(geometry::orient2d(p[1].x, p[1].y, p[2].x, p[2].y, p[0].x, p[0].y), expected);
     }
 }
 
@@ -132,10 +132,10 @@ TEST_P(Kinds, Orient3dIsExact) {
         const auto p = points(kind(), 4, random);
         const int expected = oracle_3d(exact(p[0]), exact(p[1]), exact(p[2]), exact(p[3]));
         zeros += expected == 0;
-        ASSERT_EQ(orient3d(p[0], p[1], p[2], p[3]), expected);
-        ASSERT_EQ(orient3d(p[1], p[0], p[2], p[3]), -expected);
-        ASSERT_EQ(orient3d(p[0], p[1], p[3], p[2]), -expected);
-        ASSERT_EQ(orient3d(p[3], p[0], p[1], p[2]), -expected);
+        ASSERT_EQ(geometry::orient3d(p[0], p[1], p[2], p[3]), expected);
+        ASSERT_EQ(geometry::orient3d(p[1], p[0], p[2], p[3]), -expected);
+        ASSERT_EQ(geometry::orient3d(p[0], p[1], p[3], p[2]), -expected);
+        ASSERT_EQ(geometry::orient3d(p[3], p[0], p[1], p[2]), -expected);
     }
     if (kind() == Kind::lattice) {
         EXPECT_GT(zeros, rounds() / 50);
@@ -149,7 +149,7 @@ TEST_P(Kinds, DegenerateMeansZeroArea) {
         const Point u = minus(exact(p[1]), exact(p[0])), v = minus(exact(p[2]), exact(p[0]));
         const bool expected =
             u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0];
-        ASSERT_EQ(is_degenerate(p[0], p[1], p[2]), expected);
+        ASSERT_EQ(geometry::is_degenerate(p[0], p[1], p[2]), expected);
     }
 }
 
@@ -157,9 +157,11 @@ TEST_P(Kinds, PerturbedSignsAreThoseOfASmallDisplacement) {
     for (int i = 0; i < rounds() / 2; ++i) {
         const auto p = points(kind(), 4, random);
         const Point a = exact(p[0]), b = exact(p[1]), c = exact(p[2]), g = displaced(p[3], bits());
-        ASSERT_EQ(perturbed_orient2d_yz(p[0], p[1], p[3]), oracle_2d(a[1], a[2], b[1], b[2], g[1], g[2]));
-        ASSERT_EQ(perturbed_orient3d(p[0], p[1], p[2], p[3]), oracle_3d(a, b, c, g));
-        ASSERT_EQ(perturbed_orient3d(p[0], p[1], p[2], p[3]) == 0, is_degenerate(p[0], p[1], p[2]));
+        ASSERT_EQ(geometry::perturbed_orient2d_yz(p[0], p[1], p[3]),
+                  oracle_2d(a[1], a[2], b[1], b[2], g[1], g[2]));
+        ASSERT_EQ(geometry::perturbed_orient3d(p[0], p[1], p[2], p[3]), oracle_3d(a, b, c, g));
+        ASSERT_EQ(geometry::perturbed_orient3d(p[0], p[1], p[2], p[3]) == 0,
+                  geometry::is_degenerate(p[0], p[1], p[2]));
     }
 }
 
@@ -172,9 +174,9 @@ TEST_P(Kinds, LineCrossingsAreThoseOfASmallDisplacement) {
         const Vec3 g{x0, p[3].y, p[3].z};
         const int expected = oracle_x_line(p[0], p[1], p[2], g, x1, bits());
         crossings += expected != 0;
-        ASSERT_EQ(x_line_crossing(p[0], p[1], p[2], g, x1), expected);
-        ASSERT_EQ(x_line_crossing(p[2], p[0], p[1], g, x1), expected);
-        ASSERT_EQ(x_line_crossing(p[1], p[0], p[2], g, x1), -expected);
+        ASSERT_EQ(geometry::x_line_crossing(p[0], p[1], p[2], g, x1), expected);
+        ASSERT_EQ(geometry::x_line_crossing(p[2], p[0], p[1], g, x1), expected);
+        ASSERT_EQ(geometry::x_line_crossing(p[1], p[0], p[2], g, x1), -expected);
     }
     if (kind() == Kind::lattice) {
         EXPECT_GT(crossings, rounds() / 100);
@@ -250,15 +252,15 @@ TEST_P(Kinds, SegmentCrossings) {
         const Meeting expected = oracle_segment(p[0], p[1], p[2], p[3], p[4]);
         ++count[int(expected)];
         bool degenerate = false, again = false;
-        const int crossing = segment_crossing(p[0], p[1], p[2], p[3], p[4], degenerate);
+        const int crossing = geometry::segment_crossing(p[0], p[1], p[2], p[3], p[4], degenerate);
         ASSERT_EQ(degenerate, expected == Meeting::degenerate);
         ASSERT_EQ(crossing != 0, expected == Meeting::transversal);
         if (crossing != 0) {
             ASSERT_EQ(crossing, oracle_3d(exact(p[0]), exact(p[1]), exact(p[2]), exact(p[3])));
         }
-        ASSERT_EQ(segment_crossing(p[0], p[1], p[2], p[4], p[3], again), -crossing);
+        ASSERT_EQ(geometry::segment_crossing(p[0], p[1], p[2], p[4], p[3], again), -crossing);
         ASSERT_EQ(again, degenerate);
-        ASSERT_EQ(segment_crossing(p[1], p[0], p[2], p[3], p[4], again), -crossing);
+        ASSERT_EQ(geometry::segment_crossing(p[1], p[0], p[2], p[3], p[4], again), -crossing);
         ASSERT_EQ(again, degenerate);
     }
     if (kind() == Kind::lattice) {
@@ -270,20 +272,20 @@ INSTANTIATE_TEST_SUITE_P(All, Kinds, testing::Range(0, int(Kind::count)));
 
 TEST(Predicates, Conventions) {
     const Vec3 o{0, 0, 0}, x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
-    EXPECT_EQ(orient2d(0, 0, 1, 0, 0, 1), 1);
-    EXPECT_EQ(orient3d(o, x, y, z), 1);
-    EXPECT_EQ(orient3d(o, x, y, {0.3, 0.3, -1}), -1);
+    EXPECT_EQ(geometry::orient2d(0, 0, 1, 0, 0, 1), 1);
+    EXPECT_EQ(geometry::orient3d(o, x, y, z), 1);
+    EXPECT_EQ(geometry::orient3d(o, x, y, {0.3, 0.3, -1}), -1);
     // yzo has its normal towards +x: walking along +x one leaves; zyo is entered.
-    EXPECT_EQ(x_line_crossing(y, z, o, {-1, 0.25, 0.25}, 1), -1);
-    EXPECT_EQ(x_line_crossing(z, y, o, {-1, 0.25, 0.25}, 1), 1);
+    EXPECT_EQ(geometry::x_line_crossing(y, z, o, {-1, 0.25, 0.25}, 1), -1);
+    EXPECT_EQ(geometry::x_line_crossing(z, y, o, {-1, 0.25, 0.25}, 1), 1);
     bool degenerate = true;
-    EXPECT_EQ(segment_crossing(z, y, o, {-1, 0.25, 0.25}, {1, 0.25, 0.25}, degenerate), 1);
+    EXPECT_EQ(geometry::segment_crossing(z, y, o, {-1, 0.25, 0.25}, {1, 0.25, 0.25}, degenerate), 1);
     EXPECT_FALSE(degenerate);
     // The line is displaced by +ε: on the lower edge in, on the upper edge out; touching counts by the end x0.
-    EXPECT_EQ(x_line_crossing(z, y, o, {-1, 0, 0}, 1), 1);
-    EXPECT_EQ(x_line_crossing(z, y, o, {-1, 0.5, 0.5}, 1), 0);
-    EXPECT_EQ(x_line_crossing(z, y, o, {0, 0.25, 0.25}, 1), 0);
-    EXPECT_EQ(x_line_crossing(z, y, o, {-1, 0.25, 0.25}, 0), 1);
+    EXPECT_EQ(geometry::x_line_crossing(z, y, o, {-1, 0, 0}, 1), 1);
+    EXPECT_EQ(geometry::x_line_crossing(z, y, o, {-1, 0.5, 0.5}, 1), 0);
+    EXPECT_EQ(geometry::x_line_crossing(z, y, o, {0, 0.25, 0.25}, 1), 0);
+    EXPECT_EQ(geometry::x_line_crossing(z, y, o, {-1, 0.25, 0.25}, 0), 1);
 }
 
 // A sum of solid angles over 4π: the winding number of any point that is not very close to the mesh.
@@ -328,8 +330,8 @@ void expect_consistent(const Mesh& mesh, Generator& random, int lines) {
         int sum = 0;
         for (std::size_t i = 0; i + 1 < x.size(); ++i) {
             for (const Triangle& t : mesh.triangles)
-                sum += x_line_crossing(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]],
-                                       {x[i], g.y, g.z}, x[i + 1]);
+                sum += geometry::x_line_crossing(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]],
+                                                 {x[i], g.y, g.z}, x[i + 1]);
             const Vec3 p{x[i + 1], g.y, g.z};
             if (!in_bounds(mesh, p, 1e-9)) {
                 ASSERT_EQ(sum, winding_number(mesh, p));
@@ -381,14 +383,20 @@ TEST(Predicates, Timing) {
         std::printf("%-44s %7.1f ns   (%ld)\n", name, best, total);
         EXPECT_GT(best, 0);
     };
-    const auto o2 = [](const Vec3* p) { return orient2d(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y); };
-    const auto o3 = [](const Vec3* p) { return orient3d(p[0], p[1], p[2], p[3]); };
-    const auto flat = [](const Vec3* p) {  // axis-aligned plane, coordinates of arbitrary binary fractions
-        return orient3d({p[0].x, p[0].y, 0.1}, {p[1].x, p[1].y, 0.1}, {p[2].x, p[2].y, 0.1},
-                        {p[3].x, p[3].y, 0.1});
+    const auto o2 = [](const Vec3* p) {
+        return geometry::orient2d(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y);
     };
-    const auto line = [](const Vec3* p) { return x_line_crossing(p[0], p[1], p[2], {-2, p[3].y, p[3].z}, 2); };
-    const auto o2_zero = [](const Vec3* p) { return orient2d(p[0].x, p[0].y, p[1].x, p[1].y, p[0].x, p[0].y); };
+    const auto o3 = [](const Vec3* p) { return geometry::orient3d(p[0], p[1], p[2], p[3]); };
+    const auto flat = [](const Vec3* p) {  // axis-aligned plane, coordinates of arbitrary binary fractions
+        return geometry::orient3d({p[0].x, p[0].y, 0.1}, {p[1].x, p[1].y, 0.1}, {p[2].x, p[2].y, 0.1},
+                                  {p[3].x, p[3].y, 0.1});
+    };
+    const auto line = [](const Vec3* p) {
+        return geometry::x_line_crossing(p[0], p[1], p[2], {-2, p[3].y, p[3].z}, 2);
+    };
+    const auto o2_zero = [](const Vec3* p) {
+        return geometry::orient2d(p[0].x, p[0].y, p[1].x, p[1].y, p[0].x, p[0].y);
+    };
     time("orient2d, uniform", Kind::uniform, o2);
     time("orient2d, zero (same point)", Kind::uniform, o2_zero);
     time("orient2d, small lattice", Kind::lattice, o2);

@@ -11,21 +11,21 @@ namespace {
 
 TEST(Normals, SmoothOnABallSharpOnABox) {
     const Mesh ball = zoo::sphere({0, 0, 0}, 1, 4);
-    const auto smooth = vertex_normals(ball.vertices, ball.triangles, 40);
+    const auto smooth = mesh::vertex_normals(ball.vertices, ball.triangles, 40);
     for (std::size_t t = 0; t < ball.triangles.size(); ++t)
         for (std::size_t i = 0; i < 3; ++i)
             EXPECT_NEAR(dot(smooth.at(t, i), ball.vertices[ball.triangles[t][i]]), 1, 1e-3);
     const Mesh box = zoo::box({0, 0, 0}, {1, 2, 3});
-    const auto sharp = vertex_normals(box.vertices, box.triangles, 40);
+    const auto sharp = mesh::vertex_normals(box.vertices, box.triangles, 40);
     for (std::size_t t = 0; t < box.triangles.size(); ++t) {
-        const Vec3 area = area_vector(box.vertices, box.triangles[t]);
+        const Vec3 area = mesh::area_vector(box.vertices, box.triangles[t]);
         for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(dot(sharp.at(t, k), area), norm(area), 1e-12);
     }
 }
 
 TEST(Normals, DegenerateTrianglesHaveSome) {
     const Mesh mesh{{{0, 0, 0}, {1, 1, 1}}, {{0, 0, 1}, {0, 0, 0}}};
-    const auto normals = vertex_normals(mesh.vertices, mesh.triangles, 40);
+    const auto normals = mesh::vertex_normals(mesh.vertices, mesh.triangles, 40);
     for (std::size_t t = 0; t < 2; ++t)
         for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(normals.at(t, k), (Vec3{0, 0, 1}));
 }
@@ -33,8 +33,8 @@ TEST(Normals, DegenerateTrianglesHaveSome) {
 TEST(Normals, DoNotDependOnHowFlatPartsAreCut) {
     // A corner of the box has one, two or more triangles on a face.
     const Mesh box = zoo::box({0, 0, 0}, {1, 1, 1});
-    const CornerValues<Vec3> smooth = vertex_normals(box.vertices, box.triangles),
-                             sharp = vertex_normals(box.vertices, box.triangles, 45);
+    const CornerValues<Vec3> smooth = mesh::vertex_normals(box.vertices, box.triangles),
+                             sharp = mesh::vertex_normals(box.vertices, box.triangles, 45);
     for (std::size_t t = 0; t < box.triangles.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec3 p = box.vertices[box.triangles[t][k]] - Vec3{0.5, 0.5, 0.5};
@@ -54,7 +54,7 @@ TEST(Normals, ALargeFanTakesNoTimeInProportionToItsSquare) {
         fan.vertices.push_back({std::cos(a), std::sin(a), 0});
         fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % spokes});
     }
-    const auto normals = vertex_normals(fan.vertices, fan.triangles, 45);
+    const auto normals = mesh::vertex_normals(fan.vertices, fan.triangles, 45);
     EXPECT_NEAR(normals.at(7, 0).z, 1, 1e-9);
 }
 

@@ -17,17 +17,18 @@ namespace {
 TEST(Morton, RoundTripAndOrderOfChildren) {
     std::mt19937_64 random(1);
     for (int i = 0; i < 10000; ++i) {
-        const Cell cell = {std::uint32_t(random() & 0x1fffff), std::uint32_t(random() & 0x1fffff),
-                           std::uint32_t(random() & 0x1fffff)};
-        EXPECT_EQ(morton_decode(morton_encode(cell)), cell);
-        EXPECT_EQ(morton_encode(cell) >> 3, morton_encode({cell[0] >> 1, cell[1] >> 1, cell[2] >> 1}));
+        const octree::Cell cell = {std::uint32_t(random() & 0x1fffff), std::uint32_t(random() & 0x1fffff),
+                                   std::uint32_t(random() & 0x1fffff)};
+        EXPECT_EQ(octree::morton_decode(octree::morton_encode(cell)), cell);
+        EXPECT_EQ(octree::morton_encode(cell) >> 3,
+                  octree::morton_encode({cell[0] >> 1, cell[1] >> 1, cell[2] >> 1}));
     }
-    EXPECT_EQ(morton_encode({1, 0, 0}), 1u);
-    EXPECT_EQ(morton_encode({0, 1, 0}), 2u);
-    EXPECT_EQ(morton_encode({0, 0, 1}), 4u);
+    EXPECT_EQ(octree::morton_encode({1, 0, 0}), 1u);
+    EXPECT_EQ(octree::morton_encode({0, 1, 0}), 2u);
+    EXPECT_EQ(octree::morton_encode({0, 0, 1}), 4u);
 }
 
-std::vector<Vec3> lattice_positions(const Mesh& mesh, const Lattice& lattice) {
+std::vector<Vec3> lattice_positions(const Mesh& mesh, const octree::Lattice& lattice) {
     std::vector<Vec3> positions;
     for (const Vec3& v : mesh.vertices) positions.push_back(lattice.to_lattice(v));
     return positions;
@@ -37,7 +38,7 @@ std::vector<Vec3> lattice_positions(const Mesh& mesh, const Lattice& lattice) {
 /// 1e-9 must be there, cells that none comes within 1e-9 of must not.
 void compare_with_clipping(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                            int depth) {
-    const Voxels voxels = voxelise(positions, triangles, depth, 1e-13, {});
+    const octree::Voxels voxels = octree::voxelise(positions, triangles, depth, 1e-13, {});
     std::set<std::pair<std::uint64_t, std::uint32_t>> found;
     for (std::size_t c = 0; c < voxels.cell.size(); ++c)
         for (std::uint64_t p = voxels.offset[c]; p < voxels.offset[c + 1]; ++p)
@@ -58,12 +59,12 @@ void compare_with_clipping(const std::vector<Vec3>& positions, const std::vector
             for (std::int64_t y = low[1]; y <= high[1]; ++y)
                 for (std::int64_t x = low[0]; x <= high[0]; ++x) {
                     const Vec3 corner{double(x), double(y), double(z)};
-                    const std::pair key{morton_encode({std::uint32_t(x), std::uint32_t(y), std::uint32_t(z)}),
-                                        t};
+                    const std::pair key{
+                        octree::morton_encode({std::uint32_t(x), std::uint32_t(y), std::uint32_t(z)}), t};
                     const bool is_found = found.count(key) > 0;
-                    const bool met = clip_to_cell(a - corner, b - corner, c - corner, -1e-9).size > 0;
+                    const bool met = geometry::clip_to_cell(a - corner, b - corner, c - corner, -1e-9).size > 0;
                     ASSERT_TRUE(is_found || !met) << "triangle " << t << " at " << x << ' ' << y << ' ' << z;
-                    const bool near = clip_to_cell(a - corner, b - corner, c - corner, 1e-9).size > 0;
+                    const bool near = geometry::clip_to_cell(a - corner, b - corner, c - corner, 1e-9).size > 0;
                     ASSERT_TRUE(near || !is_found) << "triangle " << t << " at " << x << ' ' << y << ' ' << z;
                     allowed += is_found;
                 }
@@ -76,7 +77,7 @@ TEST(Voxelise, AgreesWithClippingOnTheZoo) {
         if (entry.mesh.triangles.size() > 5000) continue;
         SCOPED_TRACE(entry.name);
         for (const int depth : {0, 2, 5}) {
-            const Lattice lattice = make_lattice(bounds(entry.mesh), depth);
+            const octree::Lattice lattice = octree::make_lattice(octree::bounds(entry.mesh), depth);
             compare_with_clipping(lattice_positions(entry.mesh, lattice), entry.mesh.triangles, depth);
         }
     }
@@ -103,18 +104,19 @@ TEST(Voxelise, AgreesWithClippingOnRandomTriangles) {
 
 TEST(Voxelise, AFaceOnALatticePlaneBelongsToBothSides) {
     const std::vector<Vec3> positions = {{1.25, 1.25, 2}, {1.75, 1.25, 2}, {1.25, 1.75, 2}};
-    const Voxels voxels = voxelise(positions, std::vector<Triangle>{{0, 1, 2}}, 1, 1e-13, {});
-    const std::vector<std::uint64_t> expected = {morton_encode({1, 1, 1}), morton_encode({1, 1, 2})};
+    const octree::Voxels voxels = octree::voxelise(positions, std::vector<Triangle>{{0, 1, 2}}, 1, 1e-13, {});
+    const std::vector<std::uint64_t> expected = {octree::morton_encode({1, 1, 1}),
+                                                 octree::morton_encode({1, 1, 2})};
     EXPECT_EQ(voxels.cell, expected);
 }
 
-std::uint64_t brute_force_grid_points(const Octree& octree) {
+std::uint64_t brute_force_grid_points(const octree::Octree& octree) {
     std::uint64_t total = 0;
-    for (const Level& level : octree.levels) {
-        std::set<Cell> points;
+    for (const octree::Level& level : octree.levels) {
+        std::set<octree::Cell> points;
         for (const std::uint64_t parent : level.parent) {
-            const Cell at = morton_decode(parent);
-            for (std::uint32_t p = 0; p < group_points; ++p)
+            const octree::Cell at = octree::morton_decode(parent);
+            for (std::uint32_t p = 0; p < octree::group_points; ++p)
                 points.insert({2 * at[0] + p % 3, 2 * at[1] + p / 3 % 3, 2 * at[2] + p / 9});
         }
         total += points.size();
@@ -125,15 +127,15 @@ std::uint64_t brute_force_grid_points(const Octree& octree) {
 TEST(Octree, IsTheClosureOfItsSurfaceCells) {
     for (const auto& entry : zoo::all()) {
         const int depth = 5;
-        const Lattice lattice = make_lattice(bounds(entry.mesh), depth);
-        const Voxels voxels = voxelise(lattice_positions(entry.mesh, lattice), entry.mesh.triangles, depth,
-                                       lattice.point_error(), {});
-        const Octree octree = make_octree(depth, voxels.cell);
+        const octree::Lattice lattice = octree::make_lattice(octree::bounds(entry.mesh), depth);
+        const octree::Voxels voxels = octree::voxelise(lattice_positions(entry.mesh, lattice),
+                                                       entry.mesh.triangles, depth, lattice.point_error(), {});
+        const octree::Octree octree = octree::make_octree(depth, voxels.cell);
         ASSERT_EQ(octree.levels.size(), std::size_t(depth) + 1);
         EXPECT_EQ(octree.surface_cells(), voxels.cell.size());
         EXPECT_EQ(octree.levels[depth].parent, std::vector<std::uint64_t>{0});
         std::set<std::uint64_t> marked(voxels.cell.begin(), voxels.cell.end());
-        for (const Level& level : octree.levels) {
+        for (const octree::Level& level : octree.levels) {
             std::set<std::uint64_t> parents;
             for (const std::uint64_t cell : marked) parents.insert(cell >> 3);
             ASSERT_EQ(std::vector<std::uint64_t>(parents.begin(), parents.end()), level.parent);
@@ -147,14 +149,14 @@ TEST(Octree, IsTheClosureOfItsSurfaceCells) {
             EXPECT_EQ(level.first.back(), before);
             marked = std::move(parents);
         }
-        EXPECT_EQ(count_grid_points(octree), brute_force_grid_points(octree));
+        EXPECT_EQ(octree::count_grid_points(octree), brute_force_grid_points(octree));
         for (std::uint64_t cell = 0; cell < voxels.cell.size(); cell += 7) {
-            const CellPlace place = octree.surface_place(cell);
+            const octree::CellPlace place = octree.surface_place(cell);
             EXPECT_EQ(octree.levels[0].parent[place.group] << 3 | std::uint64_t(place.child),
                       voxels.cell[cell]);
         }
         EXPECT_EQ(octree.find(depth, 0), 0u);
-        EXPECT_EQ(octree.find(depth, 1), no_group);
+        EXPECT_EQ(octree.find(depth, 1), octree::no_group);
     }
 }
 

@@ -15,7 +15,7 @@ TEST(Ranks, CountBits) {
     for (std::size_t n = 0; n < 40; ++n) {
         std::vector<std::uint8_t> masks(n);
         for (std::uint8_t& mask : masks) mask = random() % 4 == 0 ? 0 : std::uint8_t(random());
-        const Ranks ranks{masks};
+        const octree::Ranks ranks{masks};
         ASSERT_EQ(ranks.size(), n + 1);
         std::uint64_t count = 0;
         for (std::size_t i = 0; i < n; ++i) {

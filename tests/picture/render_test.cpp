@@ -7,7 +7,7 @@
 
 #include "its/picture.h"
 #include "mesh/normals.h"
-#include "picture/cluster.h"
+#include "page/cluster.h"
 #include "picture/rays.h"
 #include "picture/tracer.h"
 #include "support/zoo.h"
@@ -25,11 +25,11 @@ struct Counts {
     int red = 0, blue = 0, yellow = 0, grey = 0, white = 0;
 };
 
-Counts count_colours(const Image& image, const PixelRect& part) {
+Counts count_colours(const Image& image, const picture::PixelRect& part) {
     Counts counts;
     for (int y = part.y; y < part.y + part.height; ++y)
         for (int x = part.x; x < part.x + part.width; ++x) {
-            const Rgb c = pixel(image, x, y);
+            const picture::Rgb c = picture::pixel(image, x, y);
             const int r = c[0], g = c[1], b = c[2];
             counts.red += r > g + 50 && r > b + 50 && g < b + 40;
             counts.blue += b > r + 40 && b > g + 15;
@@ -41,7 +41,7 @@ Counts count_colours(const Image& image, const PixelRect& part) {
 }
 
 TEST(Rays, MeetABallWhereTheyShould) {
-    RayScene scene;
+    picture::RayScene scene;
     scene.add(zoo::sphere({0, 0, 0}, 1, 5));
     scene.commit();
     for (int i = 0; i < 200; ++i) {
@@ -62,12 +62,12 @@ TEST(Rays, LeaveTheThreadsOfTheProcessAlone) {
 #endif
     using oneapi::tbb::global_control;
     const auto before = global_control::active_value(global_control::max_allowed_parallelism);
-    const RayScene scene;
+    const picture::RayScene scene;
     EXPECT_EQ(global_control::active_value(global_control::max_allowed_parallelism), before);
 }
 
 TEST(Rays, HalfSpacesCut) {
-    RayScene scene;
+    picture::RayScene scene;
     scene.add(zoo::box({-1, -1, -1}, {1, 1, 1}), {{1, 0, 0}, 0.5});
     scene.add(zoo::box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}));
     scene.commit();
@@ -85,7 +85,7 @@ TEST(Rays, HalfSpacesCut) {
 TEST(Cluster, KeepsTheShapeAndTheLimit) {
     const Mesh ball = zoo::sphere({1, 2, 3}, 2, 6);
     for (const std::uint64_t most : {std::uint64_t{20000}, std::uint64_t{2000}, std::uint64_t{100}}) {
-        const Mesh coarse = cluster(ball, most);
+        const Mesh coarse = page::cluster(ball, most);
         EXPECT_LE(coarse.triangles.size(), most);
         EXPECT_GE(coarse.triangles.size(), most / 20);  // a grid of half the cells has about a quarter
         for (const Triangle& t : coarse.triangles)
@@ -94,12 +94,12 @@ TEST(Cluster, KeepsTheShapeAndTheLimit) {
                 EXPECT_LE(norm(coarse.vertices[v] - Vec3{1, 2, 3}), 2 + 1e-12);  // means are within
             }
         double area = 0;
-        for (const Triangle& t : coarse.triangles) area += 0.5 * norm(area_vector(coarse.vertices, t));
+        for (const Triangle& t : coarse.triangles) area += 0.5 * norm(mesh::area_vector(coarse.vertices, t));
         if (most >= 2000) {
             EXPECT_NEAR(area, 16 * pi, 2.5);
         }
     }
-    EXPECT_EQ(cluster(ball, 1'000'000).triangles, ball.triangles);
+    EXPECT_EQ(page::cluster(ball, 1'000'000).triangles, ball.triangles);
 }
 
 TEST(Render, ShowsAllFourInTheirColours) {

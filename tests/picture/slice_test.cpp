@@ -32,38 +32,38 @@ const ThinShell& sphere_shell() {
 }
 
 /// Halfway through the mesh's extent, or at another fraction of it.
-Plane middle_plane(const Mesh& mesh, Plane plane, double at = 0.5) {
-    const Box box = extent(mesh, plane);
+picture::Plane middle_plane(const Mesh& mesh, picture::Plane plane, double at = 0.5) {
+    const Box box = picture::extent(mesh, plane);
     plane.offset = std::lerp(box.min.z, box.max.z, at);
     return plane;
 }
 
-bool is_blue(const Rgb& c) {
+bool is_blue(const picture::Rgb& c) {
     return c[2] > c[0] + 20;
 }
-bool is_red(const Rgb& c) {
+bool is_red(const picture::Rgb& c) {
     return c[0] > c[2] + 20;
 }
-bool is_dark(const Rgb& c) {
+bool is_dark(const picture::Rgb& c) {
     return c[0] < 90 && c[1] < 90 && c[2] < 90;
 }
 
 /// A plot alone, without its surroundings, of the whole window [−1.3, 1.3]² around the sphere's centre.
 struct PlainPlot {
-    Plane plane;
-    View view;
+    picture::Plane plane;
+    picture::View view;
     Image image;
 
-    PlainPlot(const ThinShell& shell, int size, PlotStyle style, double radius = 1.3) {
-        plane = middle_plane(shell.mesh(), axis_plane(2));
-        view = make_view({0, 0, size, size}, {1, 2}, 2 * radius);
+    PlainPlot(const ThinShell& shell, int size, picture::PlotStyle style, double radius = 1.3) {
+        plane = middle_plane(shell.mesh(), picture::axis_plane(2));
+        view = picture::make_view({0, 0, size, size}, {1, 2}, 2 * radius);
         image = {size, size, std::vector<std::uint8_t>(3 * std::size_t(size) * std::size_t(size), 255)};
-        plot(image, shell, plane, mesh_section(shell.mesh(), plane, 0), cell_section(shell.data(), plane), view,
-             style, DivergingMap());
+        picture::plot(image, shell, plane, picture::mesh_section(shell.mesh(), plane, 0),
+                      picture::cell_section(shell.data(), plane), view, style, picture::DivergingMap());
     }
-    Rgb at(double x, double y) const {
-        const Point2 p = view.to_pixels({x, y});
-        return pixel(image, int(std::floor(p.x)), int(std::floor(p.y)));
+    picture::Rgb at(double x, double y) const {
+        const picture::Point2 p = view.to_pixels({x, y});
+        return picture::pixel(image, int(std::floor(p.x)), int(std::floor(p.y)));
     }
 };
 
@@ -81,9 +81,9 @@ TEST(Plot, TheSectionIsDarkAndNothingElse) {
     int dark = 0;
     for (int y = 0; y < 800; ++y)
         for (int x = 0; x < 800; ++x) {
-            if (!is_dark(pixel(p.image, x, y))) continue;
+            if (!is_dark(picture::pixel(p.image, x, y))) continue;
             ++dark;
-            const Point2 at = p.view.to_plane({x + 0.5, y + 0.5});
+            const picture::Point2 at = p.view.to_plane({x + 0.5, y + 0.5});
             EXPECT_NEAR(std::hypot(at.x - 1, at.y - 2), 1, 0.01 + 2 * p.view.pixel);
         }
     const double around = 2 * M_PI / p.view.pixel;
@@ -95,18 +95,18 @@ TEST(Plot, ContoursLieAtTheirLevels) {
     // On a convex mesh ε₁ may be 0; a torus has all three levels.
     const ThinShell shell = build_at(zoo::torus(1, 0.4, 48, 24), 5);
     ASSERT_LT(shell.info().epsilon_inner, 0);
-    const Plane plane = middle_plane(shell.mesh(), axis_plane(2));
-    const View near = make_view({0, 0, 600, 600}, {0.6, 0}, 0.3);
+    const picture::Plane plane = middle_plane(shell.mesh(), picture::axis_plane(2));
+    const picture::View near = picture::make_view({0, 0, 600, 600}, {0.6, 0}, 0.3);
     Image image{600, 600, std::vector<std::uint8_t>(3 * 600 * 600, 255)};
-    plot(image, shell, plane, {}, {}, near, {.range = 1, .contour_width = 3}, DivergingMap());
-    const std::pair<double, Rgb> levels[] = {{shell.info().epsilon_inner, inner_colour},
-                                             {0, zero_colour},
-                                             {shell.info().epsilon_outer, outer_colour}};
+    picture::plot(image, shell, plane, {}, {}, near, {.range = 1, .contour_width = 3}, picture::DivergingMap());
+    const std::pair<double, picture::Rgb> levels[] = {{shell.info().epsilon_inner, picture::inner_colour},
+                                                      {0, picture::zero_colour},
+                                                      {shell.info().epsilon_outer, picture::outer_colour}};
     int found[3] = {};
     for (int y = 0; y < 600; ++y)
         for (int x = 0; x < 600; ++x)
             for (int i = 0; i < 3; ++i) {
-                if (pixel(image, x, y) != levels[i].second) continue;
+                if (picture::pixel(image, x, y) != levels[i].second) continue;
                 ++found[i];
                 const double f = shell.value(plane.lift(near.to_plane({x + 0.5, y + 0.5})));
                 EXPECT_NEAR(f, levels[i].first, 3 * near.pixel);
@@ -115,19 +115,20 @@ TEST(Plot, ContoursLieAtTheirLevels) {
 }
 
 TEST(Plot, BandCoverageIsTheShareOfThePixel) {
-    EXPECT_EQ(band_coverage(0, 1, -10, 10), 1);
-    EXPECT_EQ(band_coverage(5, 1, -1, 1), 0);
-    EXPECT_EQ(band_coverage(1, 1, -1, 1), 0.5);
-    EXPECT_DOUBLE_EQ(band_coverage(0, 1, -0.05, 0.05), 0.1);
+    EXPECT_EQ(picture::band_coverage(0, 1, -10, 10), 1);
+    EXPECT_EQ(picture::band_coverage(5, 1, -1, 1), 0);
+    EXPECT_EQ(picture::band_coverage(1, 1, -1, 1), 0.5);
+    EXPECT_DOUBLE_EQ(picture::band_coverage(0, 1, -0.05, 0.05), 0.1);
 }
 
 TEST(Section, IsExactAndClosed) {
     const Mesh mesh = zoo::box({0, 0, 0}, {2, 4, 8});
     for (const double at : {0.0, 0.25, 0.5, 1.0}) {  // the box's faces, too
-        const std::vector<Segment> section = mesh_section(mesh, middle_plane(mesh, axis_plane(2), at), 4);
+        const std::vector<picture::Segment> section =
+            picture::mesh_section(mesh, middle_plane(mesh, picture::axis_plane(2), at), 4);
         double length = 0;
-        for (const Segment& s : section) {
-            for (const Point2& p : {s.a, s.b}) {
+        for (const picture::Segment& s : section) {
+            for (const picture::Point2& p : {s.a, s.b}) {
                 const bool on_side = ((p.x == 0 || p.x == 2) && p.y >= 0 && p.y <= 4) ||
                                      ((p.y == 0 || p.y == 4) && p.x >= 0 && p.x <= 2);
                 EXPECT_TRUE(on_side) << p.x << " " << p.y;
@@ -138,10 +139,10 @@ TEST(Section, IsExactAndClosed) {
     }
 }
 
-double polygon_area(const CellSection& c) {
+double polygon_area(const picture::CellSection& c) {
     double twice = 0;
     for (int i = 0; i < c.corners; ++i) {
-        const Point2 &a = c.corner[std::size_t(i)], &b = c.corner[std::size_t((i + 1) % c.corners)];
+        const picture::Point2 &a = c.corner[std::size_t(i)], &b = c.corner[std::size_t((i + 1) % c.corners)];
         twice += (a.x - c.corner[0].x) * (b.y - c.corner[0].y) - (b.x - c.corner[0].x) * (a.y - c.corner[0].y);
     }
     return 0.5 * twice;
@@ -150,7 +151,8 @@ double polygon_area(const CellSection& c) {
 TEST(Section, LeafCellsTileThePlane) {
     const ThinShell& shell = sphere_shell();
     double area = 0;
-    for (const CellSection& c : cell_section(shell.data(), middle_plane(shell.mesh(), axis_plane(1), 0.3))) {
+    for (const picture::CellSection& c :
+         picture::cell_section(shell.data(), middle_plane(shell.mesh(), picture::axis_plane(1), 0.3))) {
         EXPECT_EQ(c.corners, 4);
         EXPECT_DOUBLE_EQ(polygon_area(c), c.width * c.width);
         area += polygon_area(c);
@@ -164,8 +166,8 @@ TEST(Section, LeafCellsTileAnObliquePlane) {
     const ThinShell& shell = sphere_shell();
     double area = 0;
     int most = 0;
-    for (const CellSection& c :
-         cell_section(shell.data(), middle_plane(shell.mesh(), normal_plane({1, 1, 1})))) {
+    for (const picture::CellSection& c :
+         picture::cell_section(shell.data(), middle_plane(shell.mesh(), picture::normal_plane({1, 1, 1})))) {
         area += polygon_area(c);
         most = std::max(most, c.corners);
     }
@@ -177,7 +179,7 @@ TEST(Section, LeafCellsTileAnObliquePlane) {
 
 TEST(Section, ObliquePlanesHaveOrthonormalAxes) {
     for (const Vec3& n : {Vec3{1, 2, 3}, {-1e200, 1e200, 3e199}, {0, 0, -5}, {1e-300, 0, 0}, {0, -2, 0}}) {
-        const Plane p = normal_plane(n);
+        const picture::Plane p = picture::normal_plane(n);
         for (const Vec3& v : {p.normal, p.right, p.up}) EXPECT_NEAR(norm(v), 1, 1e-15);
         EXPECT_NEAR(dot(p.right, p.normal), 0, 1e-15);
         EXPECT_NEAR(dot(p.up, p.normal), 0, 1e-15);
@@ -192,7 +194,7 @@ TEST(Section, NormalsAlongAnAxisGiveItsPlane) {
     for (const int axis : {0, 2}) {
         Vec3 normal;
         normal[axis] = 5;
-        const Plane a = axis_plane(axis), b = normal_plane(normal);
+        const picture::Plane a = picture::axis_plane(axis), b = picture::normal_plane(normal);
         EXPECT_EQ(a.normal, b.normal);
         EXPECT_EQ(a.right, b.right);
         EXPECT_EQ(a.up, b.up);
@@ -202,12 +204,12 @@ TEST(Section, NormalsAlongAnAxisGiveItsPlane) {
 TEST(Section, ObliqueSectionOfABall) {
     // Every corner lies on the ball's edges: at distance ≤ 1 from its centre, and on the plane.
     const Mesh ball = zoo::sphere({1, 2, 3}, 1, 4);
-    Plane plane = normal_plane({3, -1, 2});
+    picture::Plane plane = picture::normal_plane({3, -1, 2});
     plane.offset = plane.height({1, 2, 3}) + 0.6;
-    const Point2 centre = plane.project({1, 2, 3});
-    const std::vector<Segment> section = mesh_section(ball, plane, 0);
+    const picture::Point2 centre = plane.project({1, 2, 3});
+    const std::vector<picture::Segment> section = picture::mesh_section(ball, plane, 0);
     double length = 0;
-    for (const Segment& s : section) {
+    for (const picture::Segment& s : section) {
         EXPECT_NEAR(std::hypot(s.a.x - centre.x, s.a.y - centre.y), 0.8, 0.01);
         length += std::hypot(s.b.x - s.a.x, s.b.y - s.a.y);
     }
@@ -215,14 +217,14 @@ TEST(Section, ObliqueSectionOfABall) {
 }
 
 TEST(Colour, DivergesEvenly) {
-    const DivergingMap map;
+    const picture::DivergingMap map;
     EXPECT_TRUE(is_blue(map(-1)));
     EXPECT_TRUE(is_red(map(1)));
     EXPECT_GT(std::min({map(0)[0], map(0)[1], map(0)[2]}), 240);
     EXPECT_EQ(map(-5), map(-1));
     EXPECT_EQ(map(5), map(1));
-    EXPECT_EQ(map(std::numeric_limits<double>::quiet_NaN()), (Rgb{128, 128, 128}));
-    const auto luma = [](const Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; };
+    EXPECT_EQ(map(std::numeric_limits<double>::quiet_NaN()), (picture::Rgb{128, 128, 128}));
+    const auto luma = [](const picture::Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; };
     for (double t = 0; t < 1; t += 0.01) {  // each arm gets darker all the way, both about equally
         EXPECT_GE(luma(map(t)), luma(map(t + 0.01)));
         EXPECT_GE(luma(map(-t)), luma(map(-t - 0.01)));
@@ -231,23 +233,23 @@ TEST(Colour, DivergesEvenly) {
 }
 
 TEST(Text, Numbers) {
-    EXPECT_EQ(number_text(0), "0");
-    EXPECT_EQ(number_text(-0.00123456), "−0.001235");
-    EXPECT_EQ(number_text(12.5, 2), "12");
-    EXPECT_EQ(number_text(-1.25e-7, 3), "−1.25·10⁻⁷");
-    EXPECT_EQ(number_text(9.9999e9, 3), "1.00·10¹⁰");
-    EXPECT_EQ(count_text(7), "7");
-    EXPECT_EQ(count_text(1234567), "1\u202f234\u202f567");
+    EXPECT_EQ(picture::number_text(0), "0");
+    EXPECT_EQ(picture::number_text(-0.00123456), "−0.001235");
+    EXPECT_EQ(picture::number_text(12.5, 2), "12");
+    EXPECT_EQ(picture::number_text(-1.25e-7, 3), "−1.25·10⁻⁷");
+    EXPECT_EQ(picture::number_text(9.9999e9, 3), "1.00·10¹⁰");
+    EXPECT_EQ(picture::count_text(7), "7");
+    EXPECT_EQ(picture::count_text(1234567), "1\u202f234\u202f567");
 }
 
 TEST(Text, IsSetWhereAsked) {
     Image image{200, 60, std::vector<std::uint8_t>(3 * 200 * 60, 255)};
-    Typesetter type;
-    type.write(image, "εₖ₁ Hxg", {100, 40}, 20, ink, Weight::regular, Align::centre);
+    picture::Typesetter type;
+    type.write(image, "εₖ₁ Hxg", {100, 40}, 20, picture::ink, picture::Weight::regular, picture::Align::centre);
     int left = 200, right = -1;
     for (int y = 0; y < 60; ++y)
         for (int x = 0; x < 200; ++x)
-            if (is_dark(pixel(image, x, y))) left = std::min(left, x), right = std::max(right, x);
+            if (is_dark(picture::pixel(image, x, y))) left = std::min(left, x), right = std::max(right, x);
     const double width = type.width("εₖ₁ Hxg", 20);
     EXPECT_NEAR(left, 100 - width / 2, 3);
     EXPECT_NEAR(right, 100 + width / 2, 3);
@@ -277,7 +279,7 @@ TEST(Slice, DrawsTheSectionOfAnotherMesh) {
     const auto dark_in_the_middle = [](const Image& image) {
         int dark = 0;
         for (int y = image.height / 2 - 70; y < image.height / 2 + 70; ++y)
-            for (int x = 127; x < 267; ++x) dark += is_dark(pixel(image, x, y));
+            for (int x = 127; x < 267; ++x) dark += is_dark(picture::pixel(image, x, y));
         return dark;
     };
     EXPECT_LT(dark_in_the_middle(own), 10);

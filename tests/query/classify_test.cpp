@@ -7,6 +7,8 @@
 #include "base/rounding.h"
 #include "geometry/vec3.h"
 #include "its/distance.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "query/decide.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
@@ -110,7 +112,7 @@ TEST(Classify, ShellsOfTheIterativeSolverAreExactToo) {
 /// Rules that are not constant off M: a shell that says it is one, with the field of another.
 TEST(Classify, OtherRulesGoByTheSignOfTheField) {
     const Mesh mesh = zoo::torus(1.0, 0.35, 24, 12);
-    auto data = std::make_shared<ShellData>(build_shell(mesh, 4).data());
+    auto data = std::make_shared<shell::ShellData>(build_shell(mesh, 4).data());
     data->info.sign = SignRule::generalized;
     const Query query{ThinShell(data)};
     const std::vector<Vec3> points = test::hard_points(query.shell(), mesh, 100, 6);
@@ -133,28 +135,28 @@ TEST(Classify, OtherRulesGoByTheSignOfTheField) {
 TEST(Classify, BoundsSettleMostPointsAndWalksSomeOfTheRest) {
     const Mesh mesh = zoo::overlapping_spheres(3);  // where they overlap, f < 0 on M
     const Query query(build_shell(mesh, 5));
-    const QueryIndex& index = query.index();
+    const query::QueryIndex& index = query.index();
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> unit(0, 1);
-    const Box box = bounds(mesh);
+    const Box box = octree::bounds(mesh);
     int seen[3] = {};
     for (int i = 0; i < 200'000; ++i) {
         const Vec3 size = box.max - box.min;
         const Vec3 p = box.min + Vec3{unit(random) * size.x, unit(random) * size.y, unit(random) * size.z};
         const Vec3 u = index.to_lattice(p);
-        const Cell finest = finest_cell(u);
-        const Place at = descend(index.levels.data(), 0, 5, finest);
+        const octree::Cell finest = query::finest_cell(u);
+        const query::Place at = query::descend(index.levels.data(), 0, 5, finest);
         if (!at.marked) continue;
-        const SurfacePoint point{at.group, at.child, finest, local_in(u, finest)};
-        const Decision how = how_decided(index, point);
+        const query::SurfacePoint point{at.group, at.child, finest, query::local_in(u, finest)};
+        const query::Decision how = query::how_decided(index, point);
         ++seen[int(how)];
-        if (how == Decision::walk) {
+        if (how == query::Decision::walk) {
             ASSERT_EQ(query.classify(p), test::brute_force_side(mesh, p, SignRule::winding));
         }
     }
-    EXPECT_GT(seen[int(Decision::bounds)], 3 * seen[int(Decision::local)]);
-    EXPECT_GT(seen[int(Decision::walk)], 0);
-    EXPECT_GT(seen[int(Decision::local)], 0);
+    EXPECT_GT(seen[int(query::Decision::bounds)], 3 * seen[int(query::Decision::local)]);
+    EXPECT_GT(seen[int(query::Decision::walk)], 0);
+    EXPECT_GT(seen[int(query::Decision::local)], 0);
 }
 
 }  // namespace

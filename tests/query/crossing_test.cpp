@@ -28,20 +28,20 @@ TEST(DisplacedCrossing, IsThatOfAPointDisplacedALittle) {
     int seen[3] = {}, in_plane = 0, on_triangle = 0, degenerate_before = 0;
     for (int i = 0; i < 400'000; ++i) {
         const auto [a, b, c, p, g] = random_case(random);
-        if (triangle_holds(a, b, c, p)) {
+        if (query::triangle_holds(a, b, c, p)) {
             ++on_triangle;
             continue;
         }
-        const int side = orient3d(a, b, c, p);
-        const int crossing = displaced_crossing(a, b, c, p, side, g);
+        const int side = geometry::orient3d(a, b, c, p);
+        const int crossing = query::displaced_crossing(a, b, c, p, side, g);
         bool meet = false;
-        const int expected = segment_crossing(a, b, c, p, {g.x + ex, g.y + ey, g.z + ez}, meet);
+        const int expected = geometry::segment_crossing(a, b, c, p, {g.x + ex, g.y + ey, g.z + ez}, meet);
         ASSERT_FALSE(meet) << "a displaced segment meets no edge";
         ASSERT_EQ(crossing, expected);
-        ASSERT_TRUE(crossing == 0 || boxes_meet(a, b, c, p, g));
+        ASSERT_TRUE(crossing == 0 || query::boxes_meet(a, b, c, p, g));
         ++seen[crossing + 1];
         in_plane += side == 0;
-        segment_crossing(a, b, c, p, g, meet);
+        geometry::segment_crossing(a, b, c, p, g, meet);
         degenerate_before += meet;
     }
     for (const int count : seen) EXPECT_GT(count, 1000);
@@ -52,17 +52,17 @@ TEST(DisplacedCrossing, IsThatOfAPointDisplacedALittle) {
 
 TEST(TriangleHolds, PointsOfTrianglesSegmentsAndPoints) {
     const Vec3 a{0, 0, 0}, b{4, 0, 0}, c{0, 4, 0};
-    EXPECT_TRUE(triangle_holds(a, b, c, {1, 1, 0}));
-    EXPECT_TRUE(triangle_holds(a, b, c, {2, 2, 0}));
-    EXPECT_TRUE(triangle_holds(a, b, c, a));
-    EXPECT_FALSE(triangle_holds(a, b, c, {1, 1, 0x1p-1000}));
-    EXPECT_FALSE(triangle_holds(a, b, c, {2, 2 + 0x1p-50, 0}));
-    EXPECT_TRUE(triangle_holds(a, b, b, {3, 0, 0}));
-    EXPECT_TRUE(triangle_holds(b, {1, 0, 0}, a, {0.5, 0, 0}));
-    EXPECT_FALSE(triangle_holds(a, b, b, {3, 0x1p-60, 0}));
-    EXPECT_FALSE(triangle_holds(a, b, b, {5, 0, 0}));
-    EXPECT_TRUE(triangle_holds(c, c, c, c));
-    EXPECT_FALSE(triangle_holds(c, c, c, a));
+    EXPECT_TRUE(query::triangle_holds(a, b, c, {1, 1, 0}));
+    EXPECT_TRUE(query::triangle_holds(a, b, c, {2, 2, 0}));
+    EXPECT_TRUE(query::triangle_holds(a, b, c, a));
+    EXPECT_FALSE(query::triangle_holds(a, b, c, {1, 1, 0x1p-1000}));
+    EXPECT_FALSE(query::triangle_holds(a, b, c, {2, 2 + 0x1p-50, 0}));
+    EXPECT_TRUE(query::triangle_holds(a, b, b, {3, 0, 0}));
+    EXPECT_TRUE(query::triangle_holds(b, {1, 0, 0}, a, {0.5, 0, 0}));
+    EXPECT_FALSE(query::triangle_holds(a, b, b, {3, 0x1p-60, 0}));
+    EXPECT_FALSE(query::triangle_holds(a, b, b, {5, 0, 0}));
+    EXPECT_TRUE(query::triangle_holds(c, c, c, c));
+    EXPECT_FALSE(query::triangle_holds(c, c, c, a));
 }
 
 }  // namespace

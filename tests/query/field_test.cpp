@@ -10,6 +10,7 @@
 
 #include "geometry/vec3.h"
 #include "its/distance.h"
+#include "its/inspect.h"
 #include "query/index.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
@@ -46,10 +47,10 @@ TEST(QueryField, ValueAndGradientAreTheShells) {
                 ASSERT_NEAR(f, g, 256 * unit_roundoff * (scale + std::abs(f)));
                 const Vec3 df = shell.gradient(p), dg = query.gradient(p);
                 ASSERT_LE(norm(df - dg), 1e-9);
-                const QueryIndex& index = query.index();
+                const query::QueryIndex& index = query.index();
                 const Vec3 u = index.to_lattice(p);
                 if (!index.in_root(u)) continue;
-                const Place at = descend(index.levels.data(), 0, depth, finest_cell(u));
+                const query::Place at = query::descend(index.levels.data(), 0, depth, query::finest_cell(u));
                 if (!at.marked) continue;
                 ++in_surface_cells;
                 ASSERT_EQ(f, g) << "in a cell that meets M";

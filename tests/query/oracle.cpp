@@ -6,6 +6,8 @@
 
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
 
@@ -39,11 +41,11 @@ Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule) {
     const auto corner = [&](const Triangle& t, int i) { return mesh.vertices[t[std::size_t(i)]]; };
     bool meets = false;
     for (const Triangle& t : mesh.triangles) {
-        segment_crossing(corner(t, 0), corner(t, 1), corner(t, 2), point, point, meets);
+        geometry::segment_crossing(corner(t, 0), corner(t, 1), corner(t, 2), point, point, meets);
         if (meets) return Side::on_surface;
     }
     if (rule == SignRule::unsigned_rule) return Side::outside;
-    const Box box = bounds(mesh);
+    const Box box = octree::bounds(mesh);
     const double size = norm(box.max - box.min) + norm(point - box.min) + norm(box.min);
     Random random(99);
     for (int attempt = 0; attempt < 100; ++attempt) {
@@ -53,7 +55,7 @@ Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule) {
         bool degenerate = false;
         for (const Triangle& t : mesh.triangles) {
             bool meet = false;
-            gained += segment_crossing(corner(t, 0), corner(t, 1), corner(t, 2), point, far, meet);
+            gained += geometry::segment_crossing(corner(t, 0), corner(t, 1), corner(t, 2), point, far, meet);
             degenerate |= meet;
         }
         if (!degenerate) return gained <= -1 ? Side::inside : Side::outside;  // outside of all it is 0
@@ -63,8 +65,8 @@ Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule) {
 
 std::vector<Vec3> hard_points(const ThinShell& shell, const Mesh& mesh, int count, std::uint64_t seed) {
     Random random(seed);
-    const Lattice& lattice = shell.data().lattice;
-    const Box root = shell.info().root, box = bounds(mesh);
+    const octree::Lattice& lattice = shell.data().lattice;
+    const Box root = shell.info().root, box = octree::bounds(mesh);
     const Vec3 size = root.max - root.min;
     std::vector<Vec3> points;
     for (int i = 0; i < count; ++i) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/query.h"
 #include "octree/lattice.h"
 

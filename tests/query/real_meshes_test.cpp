@@ -9,6 +9,8 @@
 #include <filesystem>
 
 #include "base/parallel.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
@@ -33,7 +35,7 @@ bool to_cgal(const Mesh& mesh, CgalMesh& out) {
 std::vector<Vec3> random_points(const Mesh& mesh, double off, std::size_t count) {
     std::mt19937_64 random(77);
     const auto unit = [&] { return double(random() >> 11) * 0x1p-53; };
-    const Box box = bounds(mesh);
+    const Box box = octree::bounds(mesh);
     std::vector<Vec3> points(count);
     for (std::size_t i = 0; i < count; ++i) {
         if (i % 2 == 0) {

@@ -32,15 +32,15 @@ struct Level {
 };
 
 /// What voxelise() reports before each level, and the size of the finished build.
-BuildSize size_by_level(const Mesh& mesh, int depth, std::vector<Level>& levels) {
-    const Lattice lattice = make_lattice(bounds(mesh), depth);
+shell::BuildSize size_by_level(const Mesh& mesh, int depth, std::vector<Level>& levels) {
+    const octree::Lattice lattice = octree::make_lattice(octree::bounds(mesh), depth);
     std::vector<Vec3> positions;
     for (const Vec3& v : mesh.vertices) positions.push_back(lattice.to_lattice(v));
-    const Voxels voxels = voxelise(positions, mesh.triangles, depth, lattice.point_error(), {},
-                                   [&](int level, std::uint64_t cells, std::uint64_t pairs) {
-                                       levels.push_back({level, cells, pairs});
-                                   });
-    const Octree octree = make_octree(depth, voxels.cell);
+    const octree::Voxels voxels = octree::voxelise(positions, mesh.triangles, depth, lattice.point_error(), {},
+                                                   [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+                                                       levels.push_back({level, cells, pairs});
+                                                   });
+    const octree::Octree octree = octree::make_octree(depth, voxels.cell);
     std::uint64_t groups = 0;
     for (const auto& level : octree.levels) groups += level.groups();
     return {mesh.triangles.size(), groups, voxels.cell.size(), voxels.triangle.size()};
@@ -52,8 +52,8 @@ TEST(Budget, NoLevelRefusesABuildThatFits) {
     for (const auto& [name, mesh] : meshes)
         for (const int depth : {1, 4, 7}) {
             std::vector<Level> levels;
-            const BuildSize size = size_by_level(mesh, depth, levels);
-            const MemoryBudget budget(mesh, depth, build_bytes(size));
+            const shell::BuildSize size = size_by_level(mesh, depth, levels);
+            const shell::MemoryBudget budget(mesh, depth, shell::build_bytes(size));
             for (const Level& l : levels)
                 EXPECT_NO_THROW(budget.check_level(l.level, l.cells, l.pairs))
                     << name << " depth " << depth << " level " << l.level;
@@ -64,8 +64,8 @@ TEST(Budget, ALevelRefusesLongBeforeTheFinestIsTaken) {
     const Mesh mesh = zoo::sphere({0, 0, 0}, 1, 4);
     std::vector<Level> levels;
     const int depth = 8;
-    const BuildSize size = size_by_level(mesh, depth, levels);
-    const MemoryBudget budget(mesh, depth, build_bytes(size) / 16);
+    const shell::BuildSize size = size_by_level(mesh, depth, levels);
+    const shell::MemoryBudget budget(mesh, depth, shell::build_bytes(size) / 16);
     int refused = -1;
     for (const Level& l : levels) {
         try {
@@ -91,7 +91,7 @@ TEST(Budget, TheMeasureDoesNotDependOnScale) {
     const Mesh mesh = zoo::torus(1, 0.4, 24, 12);
     Mesh large = mesh;
     for (Vec3& v : large.vertices) v = {1024 * v.x, 1024 * v.y, 1024 * v.z};
-    const MeshMeasure a = measure(mesh), b = measure(large);
+    const shell::MeshMeasure a = shell::measure(mesh), b = shell::measure(large);
     EXPECT_EQ(a.area, b.area);
     EXPECT_EQ(a.perimeter, b.perimeter);
     EXPECT_GT(a.area, 1);

@@ -70,7 +70,7 @@ double disprove(const Corners& c, const Polygon& polygon, double limit) {
 constexpr double tolerance = 1e-10;  // for corner values up to about 1
 
 void expect_extremes(const Corners& c, const Polygon& polygon, double slack = tolerance) {
-    const Range range = candidate_extremes(c, polygon);
+    const shell::Range range = shell::candidate_extremes(c, polygon);
     Corners negative = c;
     for (double& v : negative) v = -v;
     ASSERT_EQ(disprove(c, polygon, range.max + slack), range.max + slack);
@@ -243,7 +243,7 @@ TEST(Candidates, PeaksOnRidges) {
             const double turn = 1.2566 * k + 0.3 * uniform(random);
             polygon.push_back(o + shift + 0.3 * stretch * std::cos(turn) * level + 0.3 * std::sin(turn) * up);
         }
-        const Range range = candidate_extremes(c, polygon);
+        const shell::Range range = shell::candidate_extremes(c, polygon);
         ASSERT_GE(range.max, -1e-15) << i;
         if (peak && scale < 100) {  // the height of rounding
             const double bound = disprove(c, polygon, range.max + 1e-6);
@@ -255,34 +255,34 @@ TEST(Candidates, PeaksOnRidges) {
 TEST(Candidates, ClosedForms) {
     const Corners product = corners([](double x, double y, double z) { return x * y * z; });
     const Polygon simplex{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    Range range = candidate_extremes(product, simplex);
+    shell::Range range = shell::candidate_extremes(product, simplex);
     EXPECT_NEAR(range.max, 1.0 / 27, 1e-15);
     EXPECT_NEAR(norm(range.argmax - Vec3{1.0 / 3, 1.0 / 3, 1.0 / 3}), 0, 1e-8);
     EXPECT_EQ(range.min, 0);
-    range = candidate_extremes(product, section({0.5, 0.5, 0.5}, {1, 1, 1}));
+    range = shell::candidate_extremes(product, section({0.5, 0.5, 0.5}, {1, 1, 1}));
     EXPECT_NEAR(range.max, 0.125, 1e-15);
     EXPECT_EQ(range.min, 0);
 
     // xy + yz + zx on x + y + z = 1: (1 − |p|²)/2, at most 1/3; its quadratic part alone, no cubic.
-    range = candidate_extremes(corners([](double x, double y, double z) { return x * y + y * z + z * x; }),
-                               simplex);
+    range = shell::candidate_extremes(
+        corners([](double x, double y, double z) { return x * y + y * z + z * x; }), simplex);
     EXPECT_NEAR(range.max, 1.0 / 3, 1e-15);
     EXPECT_NEAR(range.min, 0, 1e-15);
 
     // A saddle: bilinear on a plane of the lattice, no extremes but corners and nothing in the middle.
     const Polygon square{{0, 0, 0.5}, {1, 0, 0.5}, {1, 1, 0.5}, {0, 1, 0.5}};
-    range = candidate_extremes(corners([](double x, double y, double) { return (2 * x - 1) * (2 * y - 1); }),
-                               square);
+    range = shell::candidate_extremes(
+        corners([](double x, double y, double) { return (2 * x - 1) * (2 * y - 1); }), square);
     EXPECT_EQ(range.max, 1);
     EXPECT_EQ(range.min, -1);
 
     // x·y on x + y = 1: a ridge of height 1/4, for all z.
-    range = candidate_extremes(corners([](double x, double y, double) { return x * y; }),
-                               Polygon{{1, 0, 0}, {0, 1, 0}, {0, 1, 1}, {1, 0, 1}});
+    range = shell::candidate_extremes(corners([](double x, double y, double) { return x * y; }),
+                                      Polygon{{1, 0, 0}, {0, 1, 0}, {0, 1, 1}, {1, 0, 1}});
     EXPECT_NEAR(range.max, 0.25, 1e-15);
 
     // On a segment: x·y·z on (t, t, 1 − t), greatest at t = 2/3.
-    range = candidate_extremes(product, Polygon{{0, 0, 1}, {1, 1, 0}});
+    range = shell::candidate_extremes(product, Polygon{{0, 0, 1}, {1, 1, 0}});
     EXPECT_NEAR(range.max, 4.0 / 27, 1e-15);
     EXPECT_NEAR(range.argmax.x, 2.0 / 3, 1e-8);
 }
@@ -294,12 +294,12 @@ TEST(Candidates, DegeneratePolygons) {
         Corners c;
         for (double& v : c) v = uniform(random);
         const Vec3 p = random_point(random), q = random_point(random), m = 0.5 * (p + q);
-        const Range point = candidate_extremes(c, Polygon{p});
+        const shell::Range point = shell::candidate_extremes(c, Polygon{p});
         EXPECT_EQ(point.min, point.max);
         EXPECT_EQ(point.argmin, p);
-        EXPECT_EQ(candidate_extremes(c, Polygon{p, p, p}).max, point.max);
-        const Range segment = candidate_extremes(c, Polygon{p, q});
-        const Range flat = candidate_extremes(c, Polygon{p, q, m});
+        EXPECT_EQ(shell::candidate_extremes(c, Polygon{p, p, p}).max, point.max);
+        const shell::Range segment = shell::candidate_extremes(c, Polygon{p, q});
+        const shell::Range flat = shell::candidate_extremes(c, Polygon{p, q, m});
         EXPECT_NEAR(segment.max, flat.max, 1e-15);
         EXPECT_NEAR(segment.min, flat.min, 1e-15);
         for (double t = 0; t <= 1; t += 0.001) {
@@ -309,7 +309,7 @@ TEST(Candidates, DegeneratePolygons) {
         }
         Corners constant;
         constant.fill(c[0]);
-        const Range same = candidate_extremes(constant, random_polygon(i, random));
+        const shell::Range same = shell::candidate_extremes(constant, random_polygon(i, random));
         EXPECT_EQ(same.min, c[0]);
         EXPECT_EQ(same.max, c[0]);
     }
@@ -323,13 +323,13 @@ TEST(Candidates, DoesNotDependOnScaleOrStart) {
         for (double& v : c) v = uniform(random);
         for (int k = 0; k < 8; ++k) large[k] = std::ldexp(c[k], 300), small[k] = std::ldexp(c[k], -300);
         Polygon polygon = random_polygon(i, random);
-        const Range range = candidate_extremes(c, polygon);
-        EXPECT_NEAR(std::ldexp(candidate_extremes(large, polygon).max, -300), range.max, 1e-14);
-        EXPECT_NEAR(std::ldexp(candidate_extremes(small, polygon).max, 300), range.max, 1e-14);
+        const shell::Range range = shell::candidate_extremes(c, polygon);
+        EXPECT_NEAR(std::ldexp(shell::candidate_extremes(large, polygon).max, -300), range.max, 1e-14);
+        EXPECT_NEAR(std::ldexp(shell::candidate_extremes(small, polygon).max, 300), range.max, 1e-14);
         std::ranges::rotate(polygon, polygon.begin() + 1);
-        EXPECT_NEAR(candidate_extremes(c, polygon).max, range.max, 1e-13);
+        EXPECT_NEAR(shell::candidate_extremes(c, polygon).max, range.max, 1e-13);
         std::ranges::reverse(polygon);
-        EXPECT_NEAR(candidate_extremes(c, polygon).min, range.min, 1e-13);
+        EXPECT_NEAR(shell::candidate_extremes(c, polygon).min, range.min, 1e-13);
     }
 }
 
@@ -348,7 +348,7 @@ TEST(Candidates, Timing) {  // not a test of speed
         double sum = 0, best = 1e300;
         for (int round = 0; round < 10; ++round) {
             const auto start = std::chrono::steady_clock::now();
-            for (const auto& [c, polygon] : cases) sum += candidate_extremes(c, polygon).max;
+            for (const auto& [c, polygon] : cases) sum += shell::candidate_extremes(c, polygon).max;
             const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
             best = std::min(best, spent.count() / double(cases.size()));
         }

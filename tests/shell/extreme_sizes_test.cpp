@@ -9,6 +9,7 @@
 #include <string>
 
 #include "geometry/vec3.h"
+#include "its/inspect.h"
 #include "its/shell.h"
 #include "its/verify.h"
 #include "support/zoo.h"

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "geometry/vec3.h"
+#include "its/mesh_file.h"
 #include "its/shell.h"
 #include "support/zoo.h"
 

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "geometry/vec3.h"
+#include "its/inspect.h"
 #include "shell/budget.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
@@ -106,13 +107,13 @@ TEST(Shell, CertifiedAndCandidatesAgree) {
 TEST(Shell, LocalBoundsHoldOnSamples) {
     for (const auto& entry : zoo::all()) {
         const ThinShell shell = build_at(entry.mesh, 5);
-        const ShellData& data = shell.data();
+        const shell::ShellData& data = shell.data();
         for_samples(entry.mesh, 5000, [&](const Vec3& p) {
             const Vec3 u = data.lattice.to_lattice(p);
             const std::uint64_t cell =
-                morton_encode({std::uint32_t(u.x), std::uint32_t(u.y), std::uint32_t(u.z)});
+                octree::morton_encode({std::uint32_t(u.x), std::uint32_t(u.y), std::uint32_t(u.z)});
             const std::uint64_t group = data.octree.find(0, cell >> 3);
-            ASSERT_NE(group, no_group) << entry.name;
+            ASSERT_NE(group, octree::no_group) << entry.name;
             const unsigned mask = data.octree.levels[0].mask[group];
             ASSERT_TRUE(mask >> (cell & 7) & 1) << entry.name;
             const std::uint64_t index = data.octree.levels[0].first[group] +
@@ -243,16 +244,17 @@ TEST(Build, OverTheMemoryLimitItNamesTheLargestDepthThatFits) {
 }
 
 std::uint64_t pairs_of(const ThinShell& shell) {
-    const ShellData& data = shell.data();
-    return unpack_lists(data.octree.levels[0], data.surface.lists, data.mesh.triangles.size()).triangle.size();
+    const shell::ShellData& data = shell.data();
+    return shell::unpack_lists(data.octree.levels[0], data.surface.lists, data.mesh.triangles.size())
+        .triangle.size();
 }
 
 TEST(Build, TheEstimateCoversWhatTheShellTakes) {
     for (const auto& entry : zoo::all())
         for (const int depth : {2, 4, 6, 7}) {
             const ThinShell shell = build_at(entry.mesh, depth);
-            const std::uint64_t exact = build_bytes({entry.mesh.triangles.size(), shell.info().cells / 8,
-                                                     shell.info().surface_cells, pairs_of(shell)});
+            const std::uint64_t exact = shell::build_bytes({entry.mesh.triangles.size(), shell.info().cells / 8,
+                                                            shell.info().surface_cells, pairs_of(shell)});
             EXPECT_GE(exact, shell.info().memory_bytes) << entry.name << ' ' << depth;
             const double ratio = double(estimate_memory(entry.mesh, depth)) / double(exact);
             EXPECT_GT(ratio, 0.4) << entry.name << ' ' << depth;

@@ -15,8 +15,8 @@ namespace {
 constexpr std::uint64_t limit = std::uint64_t{1} << 32;
 
 /// Random lists: few and many triangles, near each other and far apart, up to the largest index.
-CellLists random_lists(std::uint64_t cells, std::mt19937_64& random) {
-    CellLists lists{.offset = {0}, .triangle = {}};
+shell::CellLists random_lists(std::uint64_t cells, std::mt19937_64& random) {
+    shell::CellLists lists{.offset = {0}, .triangle = {}};
     for (std::uint64_t c = 0; c < cells; ++c) {
         std::set<std::uint32_t> list;
         const std::uint32_t base = random() % 3 ? std::uint32_t(random()) : 0;
@@ -30,7 +30,7 @@ CellLists random_lists(std::uint64_t cells, std::mt19937_64& random) {
     return lists;
 }
 
-Level random_level(std::uint64_t groups, std::mt19937_64& random) {
+octree::Level random_level(std::uint64_t groups, std::mt19937_64& random) {
     std::vector<std::uint64_t> parent(groups);
     std::vector<std::uint8_t> mask(groups);
     for (std::uint64_t g = 0; g < groups; ++g) parent[g] = g, mask[g] = std::uint8_t(random());
@@ -40,28 +40,28 @@ Level random_level(std::uint64_t groups, std::mt19937_64& random) {
 TEST(TriangleLists, RoundTrip) {
     std::mt19937_64 random(20240);
     for (const std::uint64_t groups : {1, 2, 9, 5000}) {
-        const Level level = random_level(groups, random);
-        const CellLists plain = random_lists(level.first.back(), random);
-        const TriangleLists packed = pack_lists(level, plain.offset, plain.triangle);
-        const CellLists again = unpack_lists(level, packed, limit);
+        const octree::Level level = random_level(groups, random);
+        const shell::CellLists plain = random_lists(level.first.back(), random);
+        const shell::TriangleLists packed = shell::pack_lists(level, plain.offset, plain.triangle);
+        const shell::CellLists again = shell::unpack_lists(level, packed, limit);
         EXPECT_EQ(again.offset, plain.offset);
         EXPECT_EQ(again.triangle, plain.triangle);
         for (std::uint64_t g = 0; g < groups; ++g)
-            EXPECT_TRUE(well_formed(packed, g, std::popcount(level.mask[g]), limit));
+            EXPECT_TRUE(shell::well_formed(packed, g, std::popcount(level.mask[g]), limit));
     }
 }
 
 TEST(TriangleLists, BytesOfAKnownCase) {
-    const Level level({0}, {0b101});
-    const TriangleLists packed =
-        pack_lists(level, std::vector<std::uint64_t>{0, 3, 4}, std::vector<std::uint32_t>{5, 6, 200, 128});
+    const octree::Level level({0}, {0b101});
+    const shell::TriangleLists packed = shell::pack_lists(level, std::vector<std::uint64_t>{0, 3, 4},
+                                                          std::vector<std::uint32_t>{5, 6, 200, 128});
     // The first list: 4 bytes, 5, 6 − 5 − 1, 200 − 6 − 1 = 65 + 128·1; the second: 2 bytes, 128.
     EXPECT_EQ(packed.bytes, (std::vector<std::uint8_t>{4, 5, 0, 65 + 128, 1, 2, 128, 1}));
     EXPECT_EQ(packed.offset, (std::vector<std::uint64_t>{0, 8}));
-    EXPECT_FALSE(well_formed(packed, 0, 2, 200));
-    EXPECT_TRUE(well_formed(packed, 0, 2, 201));
-    EXPECT_FALSE(well_formed(packed, 0, 1, 201));
-    EXPECT_FALSE(well_formed(packed, 0, 3, 201));
+    EXPECT_FALSE(shell::well_formed(packed, 0, 2, 200));
+    EXPECT_TRUE(shell::well_formed(packed, 0, 2, 201));
+    EXPECT_FALSE(shell::well_formed(packed, 0, 1, 201));
+    EXPECT_FALSE(shell::well_formed(packed, 0, 3, 201));
 }
 
 /// Whatever the bytes are, reading ends, and gives ascending triangles below the limit only.
@@ -71,8 +71,8 @@ TEST(TriangleLists, NonsenseIsHarmless) {
         std::vector<std::uint8_t> bytes(random() % 24);
         for (std::uint8_t& byte : bytes)
             byte = random() % 3 == 0 ? std::uint8_t(random() % 8) : std::uint8_t(random());
-        TriangleLists lists{{random() % 4 ? 0 : random(), random() % 2 ? bytes.size() : random()},
-                            std::move(bytes)};
+        shell::TriangleLists lists{{random() % 4 ? 0 : random(), random() % 2 ? bytes.size() : random()},
+                                   std::move(bytes)};
         const std::uint64_t most = random() % 2 ? limit : random() % 300;
         for (int number = 0; number < 9; ++number) {
             std::uint64_t next = 0;
@@ -82,7 +82,7 @@ TEST(TriangleLists, NonsenseIsHarmless) {
                 next = std::uint64_t{t} + 1;
             }
         }
-        (void)well_formed(lists, 0, 3, most);
+        (void)shell::well_formed(lists, 0, 3, most);
     }
 }
 

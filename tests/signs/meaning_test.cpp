@@ -7,6 +7,8 @@
 #include <random>
 
 #include "geometry/vec3.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/shell.h"
 #include "its/verify.h"
 #include "support/zoo.h"

@@ -9,6 +9,7 @@
 
 #include "geometry/vec3.h"
 #include "its/distance.h"
+#include "its/inspect.h"
 #include "its/simplify.h"
 #include "mesh/normals.h"
 #include "simplify/complex.h"
@@ -196,7 +197,7 @@ TEST(SimplifyAttributes, ColoursThatJumpHaveSeamsToo) {
 TEST(SimplifyAttributes, NormalsAreThoseOfTheResult) {
     const Mesh ball = zoo::sphere({1, 2, 3}, 2, 3);
     MeshAttributes a;
-    a.normals = vertex_normals(ball.vertices, ball.triangles);
+    a.normals = mesh::vertex_normals(ball.vertices, ball.triangles);
     const Simplified s = simplify(ball, a, {.faces = 200});
     ASSERT_EQ(s.attributes.normals.corners.size(), s.mesh.triangles.size());
     for (std::size_t t = 0; t < s.mesh.triangles.size(); ++t)
@@ -238,8 +239,8 @@ TEST(SimplifyAttributes, ProofsHoldWithSeams) {
 
 TEST(SimplifyAttributes, TheComplexStaysSoundWithSeams) {
     for (const Painted& p : {tube(12, 9), cube(5)}) {
-        const AttributeTransfer transfer(p.mesh, p.attributes);
-        Complex complex(p.mesh, transfer.wedges());
+        const simplifier::AttributeTransfer transfer(p.mesh, p.attributes);
+        simplifier::Complex complex(p.mesh, transfer.wedges());
         complex.validate();
         std::vector<std::uint32_t> ring;
         // Whatever may be merged is, from the highest numbers down, into the end that holds.

@@ -31,11 +31,12 @@ TEST(Frame, DistanceIsThatOfBruteForceForEveryShape) {
         Vec3 c = point();
         if (i % 3 == 0) c = a + normal(random) * (b - a);                           // a segment
         if (i % 5 == 0) c = 0.3 * a + 0.7 * b + std::pow(10, -(i % 17)) * point();  // slivers
-        const Frame f = make_frame(a, b, c);
-        const EdgeTerms e(f);
+        const simplifier::Frame f = simplifier::make_frame(a, b, c);
+        const simplifier::EdgeTerms e(f);
         for (const Vec3& p : {point(), a + 0.5 * (c - a), b, b + 3.0 * (b - a), 1e-9 * point() + c}) {
             const double expected = brute_force::distance<Quad>(p, a, b, c);
-            EXPECT_NEAR(std::sqrt(squared_distance(f, e, p)), expected, 256 * unit_roundoff * 20) << i;
+            EXPECT_NEAR(std::sqrt(simplifier::squared_distance(f, e, p)), expected, 256 * unit_roundoff * 20)
+                << i;
         }
     }
 }
@@ -48,33 +49,34 @@ TEST(HausdorffBound, IsAboveDenseSamplesAndTight) {
         Mesh n = zoo::torus(0.8, 0.3, 24, 12);
         for (Vec3& v : n.vertices) v = v + noise * Vec3{normal(random), normal(random), normal(random)};
         for (const auto& [from, to] : {std::pair<const Mesh*, const Mesh*>{&m, &n}, {&n, &m}}) {
-            const double bound = hausdorff_bound(*from, *to, 1e9, {});
+            const double bound = simplifier::hausdorff_bound(*from, *to, 1e9, {});
             const double measured = mesh_distance(*from, *to, 400'000).max;
             EXPECT_GE(bound, measured);
             EXPECT_LE(bound, 1.06 * measured);  // a twentieth, and what samples miss
-            EXPECT_EQ(hausdorff_bound(*from, *to, 0.9 * measured, {}), std::numeric_limits<double>::infinity());
+            EXPECT_EQ(simplifier::hausdorff_bound(*from, *to, 0.9 * measured, {}),
+                      std::numeric_limits<double>::infinity());
         }
     }
     // Of a triangle to a part of itself, known: corner to edge.
     const Mesh large{{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, {{0, 1, 2}}};
     const Mesh small{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}, {{0, 1, 2}}};
-    EXPECT_NEAR(hausdorff_bound(large, small, 10, {}), 2, 0.1 + 1e-9);
-    EXPECT_LE(hausdorff_bound(small, large, 10, {}), 1e-12);
+    EXPECT_NEAR(simplifier::hausdorff_bound(large, small, 10, {}), 2, 0.1 + 1e-9);
+    EXPECT_LE(simplifier::hausdorff_bound(small, large, 10, {}), 1e-12);
 }
 
 TEST(Quadric, MinimumOfThreePlanesIsTheirPoint) {
-    Quadric q = plane_quadric({1, 0, 0}, {0.25, 0, 0}, 2);
-    q += plane_quadric({0, 1, 0}, {0, 0.5, 0}, 1);
+    simplifier::Quadric q = simplifier::plane_quadric({1, 0, 0}, {0.25, 0, 0}, 2);
+    q += simplifier::plane_quadric({0, 1, 0}, {0, 0.5, 0}, 1);
     Vec3 x;
-    EXPECT_FALSE(minimum(q, x));  // a line of minima
-    q += plane_quadric({0, 0.6, 0.8}, {0, 0.5, -1}, 3);
-    ASSERT_TRUE(minimum(q, x));
+    EXPECT_FALSE(simplifier::minimum(q, x));  // a line of minima
+    q += simplifier::plane_quadric({0, 0.6, 0.8}, {0, 0.5, -1}, 3);
+    ASSERT_TRUE(simplifier::minimum(q, x));
     EXPECT_NEAR(x.x, 0.25, 1e-14);
     EXPECT_NEAR(x.y, 0.5, 1e-14);
     EXPECT_NEAR(x.z, -1, 1e-14);
     EXPECT_NEAR(q(x), 0, 1e-14);
     EXPECT_NEAR(q({1.25, 0.5, -1}), 2, 1e-14);
-    EXPECT_NEAR(point_quadric({1, 2, 3}, 2)({1, 2, 5}), 8, 1e-14);
+    EXPECT_NEAR(simplifier::point_quadric({1, 2, 3}, 2)({1, 2, 5}), 8, 1e-14);
 }
 
 TEST(Intersections, AgreeWithCgal) {
@@ -90,7 +92,7 @@ TEST(Intersections, AgreeWithCgal) {
         const std::array<Vec3, 3> s = {point(), point(), point()}, t = {point(), point(), point()};
         if (cgal(s).is_degenerate() || cgal(t).is_degenerate()) continue;
         const bool expected = CGAL::do_intersect(cgal(s), cgal(t));
-        EXPECT_EQ(intersect({{0, 1, 2}, s}, {{3, 4, 5}, t}), expected) << i;
+        EXPECT_EQ(simplifier::intersect({{0, 1, 2}, s}, {{3, 4, 5}, t}), expected) << i;
         met += expected ? 1 : 0;
         ++tested;
     }
@@ -100,35 +102,37 @@ TEST(Intersections, AgreeWithCgal) {
 
 TEST(Intersections, SharedCornersAndEdges) {
     const Vec3 a{0, 0, 0}, b{1, 0, 0}, c{0, 1, 0};
-    const NumberedTriangle t{{0, 1, 2}, {a, b, c}};
-    EXPECT_FALSE(intersect(t, {{1, 0, 3}, {b, a, {0, -1, 0}}}));      // flat neighbours
-    EXPECT_FALSE(intersect(t, {{1, 0, 3}, {b, a, {0, 1, 1e-300}}}));  // nearly folded, not quite
-    EXPECT_TRUE(intersect(t, {{1, 0, 3}, {b, a, {0.5, 0.5, 0}}}));    // folded
-    EXPECT_FALSE(intersect(t, {{0, 3, 4}, {a, {-1, 0, 0}, {0, -1, 0}}}));
-    EXPECT_TRUE(intersect(t, {{0, 3, 4}, {a, {1, 1, -1}, {1, 1, 1}}}));           // through it, from the corner
-    EXPECT_TRUE(intersect(t, {{0, 3, 4}, {a, {0.5, 0.25, 0}, {0.25, 0.5, 0}}}));  // in its plane, on it
-    EXPECT_TRUE(intersect(t, {{2, 0, 1}, {c, a, b}}));
+    const simplifier::NumberedTriangle t{{0, 1, 2}, {a, b, c}};
+    EXPECT_FALSE(simplifier::intersect(t, {{1, 0, 3}, {b, a, {0, -1, 0}}}));      // flat neighbours
+    EXPECT_FALSE(simplifier::intersect(t, {{1, 0, 3}, {b, a, {0, 1, 1e-300}}}));  // nearly folded, not quite
+    EXPECT_TRUE(simplifier::intersect(t, {{1, 0, 3}, {b, a, {0.5, 0.5, 0}}}));    // folded
+    EXPECT_FALSE(simplifier::intersect(t, {{0, 3, 4}, {a, {-1, 0, 0}, {0, -1, 0}}}));
+    EXPECT_TRUE(
+        simplifier::intersect(t, {{0, 3, 4}, {a, {1, 1, -1}, {1, 1, 1}}}));  // through it, from the corner
+    EXPECT_TRUE(
+        simplifier::intersect(t, {{0, 3, 4}, {a, {0.5, 0.25, 0}, {0.25, 0.5, 0}}}));  // in its plane, on it
+    EXPECT_TRUE(simplifier::intersect(t, {{2, 0, 1}, {c, a, b}}));
 }
 
 TEST(Intersections, CountedInAWholeMesh) {
-    EXPECT_EQ(count_intersections(Complex(zoo::sphere({0, 0, 0}, 1, 3))), 0u);
+    EXPECT_EQ(simplifier::count_intersections(simplifier::Complex(zoo::sphere({0, 0, 0}, 1, 3))), 0u);
     const Mesh two = zoo::overlapping_spheres(2);
     std::uint64_t expected = 0;
     const auto numbered = [&](std::size_t t) {
         const Triangle& c = two.triangles[t];
-        return NumberedTriangle{c, {two.vertices[c[0]], two.vertices[c[1]], two.vertices[c[2]]}};
+        return simplifier::NumberedTriangle{c, {two.vertices[c[0]], two.vertices[c[1]], two.vertices[c[2]]}};
     };
     for (std::size_t i = 0; i < two.triangles.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) expected += intersect(numbered(i), numbered(j)) ? 1 : 0;
+        for (std::size_t j = 0; j < i; ++j) expected += simplifier::intersect(numbered(i), numbered(j)) ? 1 : 0;
     EXPECT_GT(expected, 0u);
-    EXPECT_EQ(count_intersections(Complex(two)), expected);
+    EXPECT_EQ(simplifier::count_intersections(simplifier::Complex(two)), expected);
 }
 
 TEST(Intersections, NoneInAResultThatMustHaveNone) {
     // A shell of a hundredth of its radius: careless simplification runs its sides into each other.
     const Mesh mesh = zoo::joined(zoo::sphere({0, 0, 0}, 1, 3), zoo::reversed(zoo::sphere({0, 0, 0}, 0.99, 3)));
     const Simplified careless = simplify(mesh, {.method = SimplifyMethod::qem, .faces = 120});
-    EXPECT_GT(count_intersections(Complex(careless.mesh)), 0u);
+    EXPECT_GT(simplifier::count_intersections(simplifier::Complex(careless.mesh)), 0u);
     const Simplified careful =
         simplify(mesh, {.method = SimplifyMethod::qem, .faces = 120, .no_self_intersections = true});
     EXPECT_LT(careful.report.faces_after, mesh.triangles.size() / 2);
@@ -155,10 +159,10 @@ TEST(Complex, EveryCollapseKeepsTheInvariants) {
     for (const zoo::Entry& entry : zoo::all()) {
         SCOPED_TRACE(entry.name);
         if (entry.mesh.triangles.size() > 6000) continue;
-        Complex complex(entry.mesh);
+        simplifier::Complex complex(entry.mesh);
         complex.validate();
-        AnyCollapse rule;
-        Decimator decimator(complex, rule);
+        simplifier::AnyCollapse rule;
+        simplifier::Decimator decimator(complex, rule);
         std::uint64_t left = complex.living_triangles();
         while (left > 0) {
             left -= std::max<std::uint64_t>(left / 8, 1);
@@ -171,18 +175,18 @@ TEST(Complex, EveryCollapseKeepsTheInvariants) {
 }
 
 TEST(Complex, FewestTriangles) {
-    EXPECT_EQ(Complex(zoo::sphere({0, 0, 0}, 1, 2)).fewest_triangles(), 4u);
-    EXPECT_EQ(Complex(zoo::torus(1, 0.3, 12, 8)).fewest_triangles(), 14u);
-    EXPECT_EQ(Complex(zoo::hollow_sphere(2)).fewest_triangles(), 8u);
-    EXPECT_EQ(Complex(zoo::sheet(4)).fewest_triangles(), 1u);
+    EXPECT_EQ(simplifier::Complex(zoo::sphere({0, 0, 0}, 1, 2)).fewest_triangles(), 4u);
+    EXPECT_EQ(simplifier::Complex(zoo::torus(1, 0.3, 12, 8)).fewest_triangles(), 14u);
+    EXPECT_EQ(simplifier::Complex(zoo::hollow_sphere(2)).fewest_triangles(), 8u);
+    EXPECT_EQ(simplifier::Complex(zoo::sheet(4)).fewest_triangles(), 1u);
 }
 
 /// Exhausts a tolerance and checks the bookkeeping after every stage.
 TEST(Deviation, WitnessesAreKeptInOrder) {
     for (const Mesh& mesh : {zoo::sphere({0, 0, 0}, 1, 3), zoo::torus(1, 0.3, 40, 20), zoo::sheet(12)}) {
-        Complex complex(mesh);
-        Certified rule(complex, true, nullptr);
-        Decimator decimator(complex, rule);
+        simplifier::Complex complex(mesh);
+        simplifier::Certified rule(complex, true, nullptr);
+        simplifier::Decimator decimator(complex, rule);
         for (std::uint64_t left = complex.living_triangles(); left > 0; left = left * 3 / 4) {
             const bool reached = decimator.run(left, 0.03, [](std::uint64_t) {});
             rule.deviation()->validate(complex, 0.03);
@@ -213,7 +217,7 @@ TEST(TriangleBounds, WhatIsProvenIsSo) {
     std::uniform_real_distribution<double> unit(0, 1);
     for (const int depth : {3, 5, 7}) {
         const ThinShell shell = build(mesh, {.depth = depth});
-        const TriangleBounds bounds(shell.data());
+        const shell::TriangleBounds bounds(shell.data());
         int proven = 0, refuted = 0;
         for (int i = 0; i < 3000; ++i) {
             const Triangle& t = mesh.triangles[random() % mesh.triangles.size()];

@@ -8,6 +8,8 @@
 #include <limits>
 
 #include "its/distance.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "simplify/brute_force.h"
 #include "support/zoo.h"
 

@@ -16,9 +16,12 @@ namespace fs = std::filesystem;
 
 /// From the bottom up. A module includes itself and those of lower layers, never a sibling in its own layer.
 const std::vector<std::vector<std::string>> layers = {
-    {"base"},           {"geometry"}, {"mesh"},  {"octree"},
-    {"distance"},       {"field"},    {"shell"}, {"query", "surface", "simplify", "verify", "io", "points"},
-    {"picture", "vdb"},
+    {"base"},           {"geometry"},
+    {"mesh"},           {"formats", "octree", "winding"},
+    {"inspect"},        {"distance"},
+    {"signs"},          {"field"},
+    {"shell"},          {"query", "surface", "simplify", "verify", "shell_file"},
+    {"picture", "vdb"}, {"page"},
 };
 
 /// What verify may include of other modules: the arrays of a shell, and arithmetic too small to be wrong.
@@ -94,11 +97,11 @@ std::string first_folder(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-/// Public headers belong to the module of their name; version.h to the lowest, view.h to picture.
+/// Public headers belong to the module of their name; version.h to the lowest, those of files to formats.
 std::string module_of_include(const std::string& name) {
     if (first_folder(name) != "its") return first_folder(name);
     const std::string stem = fs::path(name).stem().string();
-    return stem == "version" ? "base" : stem == "view" ? "picture" : stem;
+    return stem == "version" ? "base" : stem == "mesh_file" || stem == "points" ? "formats" : stem;
 }
 
 /// What is wrong with a header of others that a file in `module` includes, or nothing.

@@ -10,6 +10,8 @@
 
 #include "geometry/vec3.h"
 #include "its/distance.h"
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
 #include "surface/cgal_judge.h"
@@ -127,9 +129,9 @@ TEST(Surface, MovesTheLevelNoFartherThanNeeded) {
 
 /// Finds the crossed cells among all cells of the lattice, by evaluating f at all its points.
 void expect_all_cells(const ThinShell& shell, double low, double high) {
-    const ShellData& data = shell.data();
-    std::map<Cell, std::array<double, 8>> found;
-    for (const LevelCell& cell : find_level_cells(data.octree, data.field, low, high, {}))
+    const shell::ShellData& data = shell.data();
+    std::map<octree::Cell, std::array<double, 8>> found;
+    for (const surface::LevelCell& cell : surface::find_level_cells(data.octree, data.field, low, high, {}))
         EXPECT_TRUE(found.emplace(cell.at, cell.value).second) << "twice";
     const std::uint32_t side = data.lattice.cells();
     std::vector<double> values;

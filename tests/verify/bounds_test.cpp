@@ -95,7 +95,7 @@ TEST(Bounds, EvaluationErrorHolds) {
 
 TEST(Bounds, ProofFindsTheMaximum) {
     Random random;
-    const Lattice lattice{.depth = 4, .width = 1, .base = {}};
+    const octree::Lattice lattice{.depth = 4, .width = 1, .base = {}};
     for (int round = 0; round < 300; ++round) {
         double v[8];
         for (double& value : v) value = random.between(-1, 1);
@@ -142,20 +142,20 @@ TEST(Clip, KeepsTheRightSide) {
 /// f by the definition: hats of all levels with coefficients λ_g = D(g) − (sum of the coarser levels at g).
 class HatSum {
 public:
-    explicit HatSum(const ShellData& data) : data_(data) {
+    explicit HatSum(const shell::ShellData& data) : data_(data) {
         for (int k = data.octree.depth; k >= 0; --k) {
             const std::size_t before = hats_.size();
             std::vector<Hat> fresh;
             for (std::uint64_t g = 0; g < data.octree.levels[k].groups(); ++g) {
-                const Cell parent = morton_decode(data.octree.levels[k].parent[g]);
-                for (int i = 0; i < group_points; ++i) {
+                const octree::Cell parent = octree::morton_decode(data.octree.levels[k].parent[g]);
+                for (int i = 0; i < octree::group_points; ++i) {
                     const double size = std::ldexp(1.0, k);
                     const Vec3 at = {(2.0 * parent[0] + i % 3) * size, (2.0 * parent[1] + i / 3 % 3) * size,
                                      (2.0 * parent[2] + i / 9) * size};
                     bool known = false;
                     for (const Hat& hat : fresh) known = known || hat.at == at;
                     if (known) continue;
-                    const double d = data.field.values[k][group_points * g + std::uint64_t(i)];
+                    const double d = data.field.values[k][octree::group_points * g + std::uint64_t(i)];
                     fresh.push_back({at, size, d - value(at, before)});
                 }
             }
@@ -182,7 +182,7 @@ private:
         return sum;
     }
 
-    const ShellData& data_;
+    const shell::ShellData& data_;
     std::vector<Hat> hats_;
 };
 

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <set>
 
+#include "its/inspect.h"
+#include "its/mesh_file.h"
 #include "its/verify.h"
 #include "shell/shell_data.h"
 #include "support/edit.h"
@@ -51,14 +53,14 @@ BuildOptions at_depth(int depth) {
     return options;
 }
 
-ThinShell shell_of(const ShellData& data) {
-    return ThinShell(std::make_shared<const ShellData>(data));
+ThinShell shell_of(const shell::ShellData& data) {
+    return ThinShell(std::make_shared<const shell::ShellData>(data));
 }
 
 /// A shell to tamper with.
 struct Tampered {
     Mesh mesh;
-    ShellData data;
+    shell::ShellData data;
 
     explicit Tampered(int depth = 4, const Mesh& of = zoo::torus(1.0, 0.35, 24, 12))
         : mesh(of), data(build(of, at_depth(depth)).data()) {}
@@ -71,13 +73,13 @@ struct Tampered {
     }
 
     /// Cell and group of a surface cell.
-    Cell surface_cell(std::uint64_t wanted, std::uint64_t& group, int& child) const {
-        const Level& level = data.octree.levels[0];
+    octree::Cell surface_cell(std::uint64_t wanted, std::uint64_t& group, int& child) const {
+        const octree::Level& level = data.octree.levels[0];
         std::uint64_t count = 0;
         for (group = 0;; ++group)
             for (child = 0; child < 8; ++child)
                 if (level.mask[group] >> child & 1 && count++ == wanted)
-                    return morton_decode(level.parent[group] << 3 | unsigned(child));
+                    return octree::morton_decode(level.parent[group] << 3 | unsigned(child));
     }
 
     /// Takes a surface cell out of all arrays, so that only coverage is broken.
@@ -85,9 +87,9 @@ struct Tampered {
         std::uint64_t group = 0;
         int child = 0;
         surface_cell(s, group, child);
-        Level& level = data.octree.levels[0];
-        SurfaceCells& surface = data.surface;
-        CellLists lists = unpack_lists(level, surface.lists, data.mesh.triangles.size());
+        octree::Level& level = data.octree.levels[0];
+        shell::SurfaceCells& surface = data.surface;
+        shell::CellLists lists = shell::unpack_lists(level, surface.lists, data.mesh.triangles.size());
         const auto erase = [](auto& from, std::uint64_t begin, std::uint64_t end) {
             from.erase(from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
         };
@@ -99,7 +101,7 @@ struct Tampered {
         erase(*edit(surface.upper), s, s + 1);
         edit(level.mask)[group] &= std::uint8_t(~(1u << child));
         level = {level.parent, level.mask};
-        surface.lists = pack_lists(level, lists.offset, lists.triangle);
+        surface.lists = shell::pack_lists(level, lists.offset, lists.triangle);
         --data.info.surface_cells;
     }
 
@@ -112,10 +114,10 @@ struct Tampered {
 
     /// Applies fn to the stored value of a grid point in every group that has it.
     template <class F>
-    void change_value(int level, const Cell& at, F&& fn) {
+    void change_value(int level, const octree::Cell& at, F&& fn) {
         auto values = edit(data.field.values[level]);
         for (std::uint64_t g = 0; g < data.octree.levels[level].groups(); ++g) {
-            const Cell parent = morton_decode(data.octree.levels[level].parent[g]);
+            const octree::Cell parent = octree::morton_decode(data.octree.levels[level].parent[g]);
             int index = 0, stride = 1;
             bool inside = true;
             for (int axis = 0; axis < 3; ++axis, stride *= 3) {
@@ -123,7 +125,7 @@ struct Tampered {
                 inside = inside && p >= 0 && p <= 2;
                 index += stride * int(p);
             }
-            if (inside) fn(values[group_points * g + std::uint64_t(index)]);
+            if (inside) fn(values[octree::group_points * g + std::uint64_t(index)]);
         }
     }
 };
@@ -231,7 +233,7 @@ TEST(Verify, CornerValueMovedInOneGroup) {
         std::uint64_t group = 0;
         int child = 0;
         u.surface_cell(100, group, child);
-        edit(u.data.field.values[0])[group_points * group + std::uint64_t(corner)] += 1e-3;
+        edit(u.data.field.values[0])[octree::group_points * group + std::uint64_t(corner)] += 1e-3;
         const std::set<std::string> names = failed(u.report());
         EXPECT_FALSE(names.empty()) << corner;
     }
@@ -241,7 +243,7 @@ TEST(Verify, CornerValueMovedEverywhere) {
     Tampered t;
     std::uint64_t group = 0;
     int child = 0;
-    const Cell cell = t.surface_cell(100, group, child);
+    const octree::Cell cell = t.surface_cell(100, group, child);
     for (int corner = 0; corner < 8; ++corner)
         t.change_value(0, {cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)},
                        [](double& value) { value += 1e-3; });
@@ -256,7 +258,7 @@ TEST(Verify, CornerValueMovedEverywhere) {
 TEST(Verify, LocalBoundsTooTight) {
     Tampered t;
     const std::uint64_t cell = 123;
-    const SurfaceCells& cells = t.data.surface;
+    const shell::SurfaceCells& cells = t.data.surface;
     edit(t.data.surface.upper)[cell] =
         std::midpoint(cells.lower[cell], std::midpoint(cells.lower[cell], cells.upper[cell]));
     EXPECT_TRUE(fails(t.report(), "local bounds, proven"));
@@ -270,7 +272,7 @@ TEST(Verify, LocalBoundsTooTight) {
 
 TEST(Verify, SignFlipped) {
     Tampered t(2);
-    const Cell at = {4, 4, 4};  // the centre of the bounds: outside, in the hole of the torus
+    const octree::Cell at = {4, 4, 4};  // the centre of the bounds: outside, in the hole of the torus
     t.change_value(0, at, [](double& value) {
         ASSERT_GT(value, 0.1);
         value = -value;
@@ -298,11 +300,11 @@ TEST(Verify, NegativeValueOfAnUnsignedField) {
 TEST(Verify, TriangleMissingInAList) {
     Tampered t;
     const std::uint64_t cell = 200;
-    const Level& level = t.data.octree.levels[0];
-    CellLists lists = unpack_lists(level, t.data.surface.lists, t.data.mesh.triangles.size());
+    const octree::Level& level = t.data.octree.levels[0];
+    shell::CellLists lists = shell::unpack_lists(level, t.data.surface.lists, t.data.mesh.triangles.size());
     lists.triangle.erase(lists.triangle.begin() + std::ptrdiff_t(lists.offset[cell]));
     for (std::uint64_t c = cell + 1; c < lists.offset.size(); ++c) --lists.offset[c];
-    t.data.surface.lists = pack_lists(level, lists.offset, lists.triangle);
+    t.data.surface.lists = shell::pack_lists(level, lists.offset, lists.triangle);
     EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 triangle lists"});
 }
 
@@ -344,19 +346,20 @@ TEST(Verify, BrokenArraysAreNotRead) {
         EXPECT_EQ(report.checks.size(), 1u);
         return fails(report, "structure");
     };
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[0].mask)[3] ^= 1; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[1].mask)[0] ^= 128; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { std::ranges::reverse(*edit(d.octree.levels[0].parent)); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels[0].parent)->back() += 1; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.octree.levels.back().parent)[0] = 1; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.levels.pop_back(); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { d.octree.depth = 40; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.field.values[1])->pop_back(); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.field.values[2])[7] = std::nan(""); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lists.offset)[4] = 1'000'000; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lists.bytes)[0] = 255; }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { edit(d.surface.lower)->pop_back(); }));
-    EXPECT_TRUE(only_structure([](ShellData& d) { std::swap(d.surface.lower, d.surface.upper); }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.octree.levels[0].mask)[3] ^= 1; }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.octree.levels[1].mask)[0] ^= 128; }));
+    EXPECT_TRUE(
+        only_structure([](shell::ShellData& d) { std::ranges::reverse(*edit(d.octree.levels[0].parent)); }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.octree.levels[0].parent)->back() += 1; }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.octree.levels.back().parent)[0] = 1; }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { d.octree.levels.pop_back(); }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { d.octree.depth = 40; }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.field.values[1])->pop_back(); }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.field.values[2])[7] = std::nan(""); }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.surface.lists.offset)[4] = 1'000'000; }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.surface.lists.bytes)[0] = 255; }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { edit(d.surface.lower)->pop_back(); }));
+    EXPECT_TRUE(only_structure([](shell::ShellData& d) { std::swap(d.surface.lower, d.surface.upper); }));
 }
 
 TEST(Verify, NumbersOfTheShell) {

@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <new>
+
+#include "base/memory.h"
+#include "formats/readers.h"
+#include "formats/text.h"
+#include "its/mesh_file.h"
+
+namespace its {
+using namespace formats;
+
+namespace {
+
+struct Bytes {
+    std::unique_ptr<char[]> data;
+    std::size_t size = 0;
+    std::string_view view() const { return {data.get(), size}; }
+};
+
+/// The whole file. \throws FileError, MemoryError
+Bytes read_file(const std::filesystem::path& path) {
+    std::error_code error;
+    const auto status = std::filesystem::status(path, error);
+    if (error || !std::filesystem::exists(status)) {
+        throw FileError(
+            fmt::format("cannot read '{}': {}", path.string(), error ? error.message() : "no such file"));
+    }
+    if (!std::filesystem::is_regular_file(status)) {
+        throw FileError(fmt::format("cannot read '{}': it is not a regular file", path.string()));
+    }
+    const std::uint64_t size = std::filesystem::file_size(path, error);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+    if (error || !file) {
+        throw FileError(
+            fmt::format("cannot read '{}': {}", path.string(), error ? error.message() : std::strerror(errno)));
+    }
+    Bytes bytes;
+    const auto too_large = [&] {
+        return MemoryError(fmt::format("'{}' has {} bytes, more than the memory", path.string(), size));
+    };
+    // Linux hands out more than there is, and ends the program when it is touched.
+    if (const std::uint64_t available = available_memory(); available > 0 && size > available)
+        throw too_large();
+    try {
+        bytes.data = std::make_unique_for_overwrite<char[]>(size);
+    } catch (const std::bad_alloc&) {
+        throw too_large();
+    }
+    bytes.size = std::fread(bytes.data.get(), 1, size, file.get());
+    if (std::ferror(file.get()) != 0) {
+        throw FileError(fmt::format("cannot read '{}': {}", path.string(), std::strerror(errno)));
+    }
+    return bytes;
+}
+
+bool starts_like_off(std::string_view text) {
+    for (const std::string_view prefix : {"ST", "C", "N", "4", "n"}) {
+        if (text.starts_with(prefix)) text.remove_prefix(prefix.size());
+    }
+    return same_word(text.substr(0, 3), "off");
+}
+
+/// Whether the first line that is not empty or a comment is a statement of OBJ.
+bool starts_like_obj(Text text) {
+    text.skip_space_and_comments();
+    const std::string_view word = text.word();
+    for (const std::string_view known : {"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}) {
+        if (word == known) return true;
+    }
+    return false;
+}
+
+bool is_exact_binary_stl(std::string_view bytes) {
+    if (bytes.size() < 84 + 50 || (bytes.size() - 84) % 50 != 0) return false;
+    std::uint64_t count = 0;
+    for (int i = 3; i >= 0; --i) count = count << 8 | static_cast<unsigned char>(bytes[80 + std::size_t(i)]);
+    return count == (bytes.size() - 84) / 50;
+}
+
+}  // namespace
+
+std::string formats::lower_extension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    return extension;
+}
+
+MeshFile formats::parse_mesh(std::string_view bytes, const std::string& extension, const LoadSibling& load,
+                             const ReadOptions& options) {
+    if (bytes.empty()) throw InputError("the file is empty");
+    if (extension == ".stl" && is_exact_binary_stl(bytes)) return parse_stl(bytes);
+    if (bytes.starts_with("glTF")) return parse_gltf(bytes, load, options);
+    if (bytes.starts_with("PK\x03\x04")) return parse_3mf(bytes, options);
+    if (bytes.starts_with("ply") && bytes.size() > 3 && Text::is_space(bytes[3]))
+        return parse_ply(bytes, options);
+    Text text(bytes);
+    text.skip_space();
+    if (text.peek() == '{') return parse_gltf(bytes, load, options);
+    if (is_ascii_stl(bytes)) return parse_stl(bytes);
+    text.skip_space_and_comments();
+    if (starts_like_off(text.rest())) return parse_off(bytes, options);
+    if (is_exact_binary_stl(bytes))
+        return parse_stl(bytes);  // of no text: bytes 80 to 83 would be a huge count
+    if (extension == ".obj" || (extension != ".stl" && starts_like_obj(Text(bytes))))
+        return parse_obj(bytes, options);
+    if (extension == ".off") return parse_off(bytes, options);
+    if (extension == ".stl") return parse_stl(bytes);
+    if (extension == ".ply" || extension == ".glb" || extension == ".gltf" || extension == ".3mf") {
+        throw InputError(fmt::format("not a {} file: it does not begin like one", extension.substr(1)));
+    }
+    throw InputError("unknown format; .obj, .stl, .ply, .off, .glb, .gltf and .3mf can be read");
+}
+
+MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options) {
+    const Bytes bytes = read_file(path);
+    const LoadSibling load = [&](const std::string& relative) {
+        const Bytes sibling = read_file(path.parent_path() / relative);
+        return std::string(sibling.view());
+    };
+    try {
+        return parse_mesh(bytes.view(), lower_extension(path), load, options);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("cannot use '{}': {}", path.string(), error.what()));
+    } catch (const std::bad_alloc&) {
+        throw MemoryError(fmt::format("'{}' needs more than the memory to be read", path.string()));
+    }
+}
+
+}  // namespace its

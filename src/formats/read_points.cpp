@@ -1,0 +1,44 @@
+#include <fmt/format.h>
+
+#include <new>
+
+#include "base/input_file.h"
+#include "formats/point_readers.h"
+#include "formats/readers.h"
+
+namespace its {
+using namespace formats;
+
+namespace {
+
+using Parse = std::vector<Vec3> (*)(std::string_view);
+
+Parse parser_of(const std::filesystem::path& path) {
+    const std::string extension = lower_extension(path);
+    if (extension == ".npy") return parse_npy;
+    if (extension == ".csv") return parse_csv;
+    if (extension == ".xyz") return parse_xyz;
+    if (extension == ".ply") return parse_ply_points;
+    throw OptionError(
+        fmt::format("{}: points are read from and written to .npy, .csv, .xyz and .ply", path.string()));
+}
+
+}  // namespace
+
+void check_points_extension(const std::filesystem::path& path) {
+    parser_of(path);
+}
+
+std::vector<Vec3> read_points(const std::filesystem::path& path) {
+    const Parse parse = parser_of(path);
+    const FileBytes file = read_bytes(path);
+    try {
+        return parse({reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()});
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+    } catch (const std::bad_alloc&) {
+        throw MemoryError(fmt::format("{}: its points need more memory than is free", path.string()));
+    }
+}
+
+}  // namespace its

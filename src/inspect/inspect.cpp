@@ -1,0 +1,337 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "geometry/predicates.h"
+#include "geometry/vec3.h"
+#include "inspect/inspect.h"
+#include "inspect/orient.h"
+#include "inspect/sides.h"
+#include "its/inspect.h"
+#include "its/mesh.h"
+#include "mesh/merged.h"
+
+namespace its {
+using namespace inspector;
+
+namespace {
+
+/// What is counted about edges; see MeshReport.
+struct EdgeCounts {
+    std::uint64_t edges = 0, boundary = 0, nonmanifold = 0, inconsistent = 0, unbalanced = 0, odd = 0;
+};
+
+/// Counts edges, from the triangles for which `use` holds, none of which repeats a corner. Sorted by
+/// their lower end (counting sort), then, within each point's few, by the other.
+template <class Use>
+EdgeCounts count_edges(const mesh::Merged& mesh, Use&& use) {
+    std::vector<std::uint64_t> begin(mesh.points.size() + 1);
+    const auto for_edges = [&](auto&& fn) {
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            if (!use(i)) continue;
+            const Triangle& t = mesh.triangles[i];
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = t[k], b = t[k == 2 ? 0 : k + 1];
+                fn(std::min(a, b), std::max(a, b), a < b);
+            }
+        }
+    };
+    for_edges([&](std::uint32_t low, std::uint32_t, bool) { ++begin[low + 1]; });
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint64_t> uses(begin.back());  // the higher end, and in the last bit the direction
+    std::vector<std::uint64_t> at(begin.begin(), begin.end() - 1);
+    for_edges([&](std::uint32_t low, std::uint32_t high, bool upwards) {
+        uses[at[low]++] = std::uint64_t{high} << 1 | std::uint64_t{upwards};
+    });
+    EdgeCounts counts;
+    for (std::size_t low = 0; low + 1 < begin.size(); ++low) {
+        std::sort(uses.begin() + std::ptrdiff_t(begin[low]), uses.begin() + std::ptrdiff_t(begin[low + 1]));
+        for (std::uint64_t i = begin[low]; i < begin[low + 1];) {
+            std::uint64_t down = 0, up = 0;
+            for (const std::uint64_t high = uses[i] >> 1; i < begin[low + 1] && uses[i] >> 1 == high; ++i) {
+                ++((uses[i] & 1) != 0 ? up : down);
+            }
+            ++counts.edges;
+            counts.boundary += up + down == 1;
+            counts.nonmanifold += up + down > 2;
+            counts.inconsistent += up + down == 2 && up != down;
+            counts.unbalanced += up != down;
+            counts.odd += (up + down) % 2;
+        }
+    }
+    return counts;
+}
+
+/// Triangles over the same three positions as an earlier one, in any order and direction.
+std::uint64_t count_duplicates(const mesh::Merged& mesh) {
+    // Only triangles with the same lowest corner can be the same.
+    std::vector<std::uint64_t> begin(mesh.points.size() + 1);
+    for (const Triangle& t : mesh.triangles) {
+        if (!mesh::repeats_corner(t)) ++begin[std::min({t[0], t[1], t[2]}) + std::size_t{1}];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint64_t> others(begin.back());  // the middle corner, the highest
+    std::vector<std::uint64_t> at(begin.begin(), begin.end() - 1);
+    for (Triangle t : mesh.triangles) {
+        if (mesh::repeats_corner(t)) continue;
+        std::sort(t.begin(), t.end());
+        others[at[t[0]]++] = std::uint64_t{t[1]} << 32 | t[2];
+    }
+    std::uint64_t duplicates = 0;
+    for (std::size_t low = 0; low + 1 < begin.size(); ++low) {
+        const auto first = others.begin() + std::ptrdiff_t(begin[low]),
+                   last = others.begin() + std::ptrdiff_t(begin[low + 1]);
+        std::sort(first, last);
+        duplicates += std::uint64_t(last - std::unique(first, last));
+    }
+    return duplicates;
+}
+
+/// Sets of points that triangles connect (union by index, path halving).
+std::uint64_t count_components(const mesh::Merged& mesh) {
+    std::vector<std::uint32_t> parent(mesh.points.size());
+    std::iota(parent.begin(), parent.end(), std::uint32_t{0});
+    const auto root = [&](std::uint32_t v) {
+        while (parent[v] != v) v = parent[v] = parent[parent[v]];
+        return v;
+    };
+    std::uint64_t components = mesh.points.size();
+    for (const Triangle& t : mesh.triangles) {
+        for (std::size_t k = 1; k < 3; ++k) {
+            const std::uint32_t a = root(t[0]), b = root(t[k]);
+            if (a == b) continue;
+            parent[std::max(a, b)] = std::min(a, b);
+            --components;
+        }
+    }
+    return components;
+}
+
+Box bounds_of(const std::vector<Vec3>& points) {
+    Box box{points.front(), points.front()};
+    for (const Vec3& p : points) {
+        for (int axis = 0; axis < 3; ++axis) {
+            box.min[axis] = std::min(box.min[axis], p[axis]);
+            box.max[axis] = std::max(box.max[axis], p[axis]);
+        }
+    }
+    return box;
+}
+
+double volume_of(const mesh::Merged& mesh, const Box& box) {
+    const Vec3 centre = 0.5 * box.min + 0.5 * box.max;
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 a = mesh.points[t[0]] - centre, b = mesh.points[t[1]] - centre,
+                   c = mesh.points[t[2]] - centre;
+        sum += dot(a, cross(b, c));
+    }
+    return sum / 6;
+}
+
+double percent(double share) {
+    return std::round(100 * share);
+}
+
+/// The share of the area that must separate inside from outside for a mesh with holes to have an inside.
+constexpr double least_separating = 0.5;
+/// Unbalanced edges per triangle beyond which a mesh is a soup: half of the three that each has.
+constexpr double most_open_edges = 1.5;
+
+void all_around(std::vector<std::uint8_t>& turn, std::size_t triangles) {
+    turn.assign(triangles, 1);
+}
+
+/// Every edge is balanced: winding numbers are whole.
+void decide_cycle(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) {
+    MeshReport& report = out.report;
+    report.sign = SignRule::winding;
+    report.sign_reason =
+        "every edge is used as often in one direction as in the other, so winding numbers are defined";
+    report.sign_advice = "--sign unsigned for a shell around both sides";
+    if (!(report.signed_volume < 0)) return;
+    if (sample_sides(mesh, merged).any_inside) {
+        report.sign_reason += "; more volume is enclosed inside out than right side out, and stays outside";
+        return;
+    }
+    all_around(out.turn, merged.triangles.size());
+    report.sign_reason +=
+        "; the mesh is inside out (its signed volume is negative, and nothing has a positive winding number), "
+        "so all triangles are turned around";
+    report.sign_advice = "--sign winding to take the triangles as they are: then nothing is inside";
+}
+
+/// Every edge has an even number of triangles, but their directions do not agree.
+void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate, Inspection& out) {
+    MeshReport& report = out.report;
+    const Patches patches = find_patches(merged);
+    const auto balanced = [&](const std::vector<std::uint8_t>& turn) {
+        mesh::Merged turned = merged;
+        for (std::size_t i = 0; i < turn.size(); ++i)
+            if (turn[i] != 0) std::swap(turned.triangles[i][1], turned.triangles[i][2]);
+        const auto excess = [&](bool with_degenerate) {
+            return count_edges(turned,
+                               [&](std::size_t i) {
+                                   return !mesh::repeats_corner(turned.triangles[i]) &&
+                                          (with_degenerate || !degenerate[i]);
+                               })
+                .unbalanced;
+        };
+        return excess(true) == 0 || excess(false) == 0;
+    };
+    report.sign_advice = "--sign unsigned for a shell around both sides";
+    for (const bool all : {false, true}) {
+        if (!patches.orientable) break;
+        const std::vector<std::uint8_t> turn = outward_turns(merged, patches, all);
+        if (!balanced(turn)) continue;
+        out.turn = turn;
+        report.sign = SignRule::winding;
+        report.sign_reason =
+            "closed, but not all triangles agree about the outside: those that do not are turned around, part "
+            "by part, so that most of each part faces outward, and winding numbers are defined";
+        report.sign_advice = "--sign even-odd for inside by counting crossings, without turning anything";
+        return;
+    }
+    report.sign = SignRule::even_odd;
+    report.sign_reason = fmt::format(
+        "closed (every edge has an even number of triangles), but {}: inside is where a ray to infinity "
+        "crosses an odd number of triangles",
+        patches.orientable ? "the parts cannot be turned so that all agree" : "one-sided, like a Klein bottle");
+}
+
+/// Some edge has an odd number of triangles: M has a boundary.
+void decide_open(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) {
+    MeshReport& report = out.report;
+    report.sign = SignRule::unsigned_rule;
+    if (report.inconsistent_edges > 0) {
+        report.sign_reason = fmt::format(
+            "{} edges are not used equally often in both directions, and at {} two triangles disagree about "
+            "the outside, so there is no inside",
+            report.unbalanced_edges, report.inconsistent_edges);
+        report.sign_advice = "--sign generalized to take the directions of the triangles as they are";
+        return;
+    }
+    if (double(report.unbalanced_edges) > most_open_edges * double(report.triangles)) {
+        report.separating = 0;
+        report.sign_reason = fmt::format(
+            "{} edges are not used equally often in both directions, more than half of what the triangles "
+            "have: a soup, without inside",
+            report.unbalanced_edges);
+        report.sign_advice = "--sign generalized to fill the holes nevertheless";
+        return;
+    }
+    const Sides sides = sample_sides(mesh, merged);
+    const bool reversed = sides.reversed > sides.separates;
+    report.separating = std::max(sides.separates, sides.reversed);
+    const std::string holes =
+        fmt::format("{} edges are not used equally often in both directions", report.unbalanced_edges);
+    if (report.separating < least_separating) {
+        report.sign_reason = fmt::format(
+            "{}, and only {:.0f} % of the area would separate inside from outside with the holes filled (50 % "
+            "is asked for), so there is no inside",
+            holes, percent(report.separating));
+        report.sign_advice = "--sign generalized to fill the holes nevertheless";
+        return;
+    }
+    report.sign = SignRule::generalized;
+    report.sign_reason = fmt::format(
+        "{}, but {:.0f} % of the area separates inside from outside with the holes filled (50 % is asked for), "
+        "so generalized winding numbers fill them",
+        holes, percent(report.separating));
+    report.sign_advice = "--sign unsigned for a shell around both sides, with the holes open";
+    if (reversed) {
+        all_around(out.turn, merged.triangles.size());
+        report.sign_reason += "; the mesh is inside out, so all triangles are turned around";
+    }
+}
+
+void choose_sign(const Mesh& mesh, const mesh::Merged& merged, const std::vector<bool>& degenerate,
+                 Inspection& out) {
+    MeshReport& report = out.report;
+    if (report.degenerate == report.triangles) {
+        report.sign = SignRule::unsigned_rule;
+        report.sign_reason = "every triangle has zero area, so nothing can be inside";
+    } else if (report.unbalanced_edges == 0) {
+        decide_cycle(mesh, merged, out);
+    } else if (report.odd_edges == 0) {
+        decide_even(merged, degenerate, out);
+    } else {
+        decide_open(mesh, merged, out);
+    }
+    report.turned = std::uint64_t(std::count(out.turn.begin(), out.turn.end(), 1));
+}
+
+}  // namespace
+
+std::string_view name(SignRule rule) {
+    switch (rule) {
+        case SignRule::winding:
+            return "winding";
+        case SignRule::generalized:
+            return "generalized";
+        case SignRule::even_odd:
+            return "even-odd";
+        case SignRule::unsigned_rule:
+            break;
+    }
+    return "unsigned";
+}
+
+Inspection inspector::examine(const Mesh& mesh) {
+    const mesh::Merged merged = mesh::merge(mesh);
+    Inspection out;
+    MeshReport& report = out.report;
+    report.vertices = merged.points.size();
+    report.triangles = merged.triangles.size();
+    std::vector<bool> degenerate(merged.triangles.size());
+    std::uint64_t faces = 0;
+    for (std::size_t i = 0; i < merged.triangles.size(); ++i) {
+        const Triangle& t = merged.triangles[i];
+        const bool repeats = mesh::repeats_corner(t);
+        degenerate[i] =
+            repeats || geometry::is_degenerate(merged.points[t[0]], merged.points[t[1]], merged.points[t[2]]);
+        faces += !repeats;
+        report.degenerate += degenerate[i];
+    }
+    report.duplicate = count_duplicates(merged);
+    const EdgeCounts edges =
+        count_edges(merged, [&](std::size_t i) { return !mesh::repeats_corner(merged.triangles[i]); });
+    report.boundary_edges = edges.boundary;
+    report.nonmanifold_edges = edges.nonmanifold;
+    report.inconsistent_edges = edges.inconsistent;
+    report.unbalanced_edges = edges.unbalanced;
+    report.odd_edges = edges.odd;
+    if (edges.unbalanced > 0 && report.degenerate > 0) {
+        // Zero-area triangles have no winding number of their own: they may close cracks, but never open one.
+        const EdgeCounts without = count_edges(merged, [&](std::size_t i) { return !degenerate[i]; });
+        report.unbalanced_edges = std::min(report.unbalanced_edges, without.unbalanced);
+        report.odd_edges = std::min(report.odd_edges, without.odd);
+    }
+    report.components = count_components(merged);
+    report.euler = std::int64_t(report.vertices) - std::int64_t(edges.edges) + std::int64_t(faces);
+    report.closed = report.boundary_edges == 0;
+    report.oriented = report.inconsistent_edges == 0;
+    report.bounds = bounds_of(merged.points);
+    report.signed_volume = volume_of(merged, report.bounds);
+    choose_sign(mesh, merged, degenerate, out);
+    return out;
+}
+
+MeshReport inspect(const Mesh& mesh) {
+    return examine(mesh).report;
+}
+
+Mesh inspector::turned(Mesh mesh, std::span<const std::uint8_t> turn) {
+    for (std::size_t i = 0; i < turn.size(); ++i)
+        if (turn[i] != 0) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
+    return mesh;
+}
+
+Mesh oriented(const Mesh& mesh) {
+    return turned(mesh, examine(mesh).turn);
+}
+
+}  // namespace its

@@ -1,0 +1,25 @@
+#include "signs/signs.h"
+#include "its/inspect.h"
+
+namespace its::signs {
+
+Signs::Signs(SignRule rule, const Mesh& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
+             const Progress& progress)
+    : rule_(rule) {
+    if (rule == SignRule::unsigned_rule) return;
+    if (rule != SignRule::generalized) {
+        lines_.emplace(mesh, lattice, voxels, progress);
+        return;
+    }
+    generalized_.emplace(mesh, lattice, voxels, progress);
+    generalized_->add_flip_cells(voxels, progress);
+}
+
+CellSides Signs::apply(const octree::Octree& octree, std::vector<std::vector<double>>& distance,
+                       const Progress& progress) const {
+    if (lines_) return apply_signs(octree, *lines_, rule_, distance);
+    if (generalized_) generalized_->apply(octree, distance, progress);
+    return no_inside(octree);
+}
+
+}  // namespace its::signs

@@ -1,0 +1,87 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "its/mesh.h"
+#include "its/mesh_file.h"
+#include "support/zoo.h"
+
+/// GLB files that we write, as our reader (tinygltf) reads them.
+namespace its {
+namespace {
+
+class GlbWriter : public testing::Test {
+protected:
+    GlbWriter() {
+        std::string pattern = (std::filesystem::temp_directory_path() / "its_glb_XXXXXX").string();
+        folder = mkdtemp(pattern.data());
+    }
+    ~GlbWriter() override { std::filesystem::remove_all(folder); }
+
+    std::filesystem::path folder;
+};
+
+void expect_rounded(const Mesh& read, const Mesh& written, const Vec3& centre) {
+    ASSERT_EQ(read.triangles.size(), written.triangles.size());
+    for (std::size_t i = 0; i < read.triangles.size(); ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            for (int axis = 0; axis < 3; ++axis) {
+                const double wanted =
+                    centre[axis] + float(written.vertices[written.triangles[i][k]][axis] - centre[axis]);
+                EXPECT_NEAR(read.vertices[read.triangles[i][k]][axis], wanted, 1e-15 * (1 + std::abs(wanted)));
+            }
+}
+
+TEST_F(GlbWriter, KeepsTrianglesAndRoundsCoordinates) {
+    const Mesh torus = zoo::torus(1, 0.3, 20, 10);
+    write_mesh(torus, folder / "torus.glb");
+    const MeshFile file = read_mesh(folder / "torus.glb");
+    EXPECT_EQ(file.format, "glb");
+    EXPECT_TRUE(file.warnings.empty());
+    expect_rounded(file.mesh, torus, {});
+    // The lengths in the headers are those of the file.
+    std::ifstream stream(folder / "torus.glb", std::ios::binary);
+    std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    std::uint32_t total;
+    std::memcpy(&total, bytes.data() + 8, 4);
+    EXPECT_EQ(total, bytes.size());
+    EXPECT_EQ(total % 4, 0);
+}
+
+TEST_F(GlbWriter, FarFromTheOriginKeepsTheShape) {
+    const double turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const Mesh far = zoo::transformed(zoo::sphere({0, 0, 0}, 1, 2), turn, {1e6, -2e6, 3e6}, 1);
+    write_mesh(far, folder / "far.glb");
+    const Mesh read = read_mesh(folder / "far.glb").mesh;
+    ASSERT_EQ(read.triangles.size(), far.triangles.size());
+    for (std::size_t i = 0; i < read.triangles.size(); ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            for (int axis = 0; axis < 3; ++axis)
+                EXPECT_NEAR(read.vertices[read.triangles[i][k]][axis], far.vertices[far.triangles[i][k]][axis],
+                            2e-7);
+}
+
+TEST_F(GlbWriter, HasSeveralMeshes) {
+    const Mesh a = zoo::sphere({0, 0, 0}, 1, 1), b = zoo::box({3, 3, 3}, {4, 5, 6});
+    const NamedMesh meshes[] = {{"outer", &a}, {"in\"ner", &b}};
+    write_glb(meshes, folder / "both.glb");
+    expect_rounded(read_mesh(folder / "both.glb").mesh, zoo::joined(a, b), {});
+}
+
+TEST_F(GlbWriter, RefusesWhatTheFormatCannotHold) {
+    EXPECT_THROW(write_glb({}, folder / "none.glb"), InputError);
+    EXPECT_THROW(write_mesh(Mesh{}, folder / "none.glb"), InputError);
+    Mesh huge = zoo::tetrahedron();
+    huge.vertices[0].x = 1e300;
+    EXPECT_THROW(write_mesh(huge, folder / "huge.glb"), InputError);
+    EXPECT_THROW(write_mesh(zoo::tetrahedron(), folder / "missing" / "a.glb"), FileError);
+    EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+}  // namespace
+}  // namespace its
