@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string_view>
 
 #include "its/base.h"
 
@@ -15,6 +16,10 @@ struct FileBytes {
     std::span<const std::byte> bytes;
     std::shared_ptr<const void> owner;
 };
+
+inline std::string_view text_of(const FileBytes& file) {
+    return {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()};
+}
 
 /// Copies a file into memory. \throws FileError, also for what is no regular file, such as a pipe or a folder;
 /// MemoryError if it is larger than the free memory.

@@ -103,7 +103,8 @@ bool read_sibling(std::vector<unsigned char>* out, std::string* error, const std
     try {
         if (!load || !plain)
             throw FileError(fmt::format("file '{}' is not at or below the folder of the model", path));
-        const std::string data = load(path);
+        const FileBytes file = load(path);
+        const std::string_view data = text_of(file);
         bytes += data.size();
         if (bytes > 0xffffffff) throw FileError("its buffers have more than 4 GiB");
         out->assign(data.begin(), data.end());

@@ -1,13 +1,8 @@
 #include <fmt/format.h>
 
-#include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <memory>
 #include <new>
 
-#include "base/memory.h"
+#include "base/input_file.h"
 #include "formats/readers.h"
 #include "formats/text.h"
 #include "its/mesh_file.h"
@@ -16,48 +11,6 @@ namespace its {
 using namespace formats;
 
 namespace {
-
-struct Bytes {
-    std::unique_ptr<char[]> data;
-    std::size_t size = 0;
-    std::string_view view() const { return {data.get(), size}; }
-};
-
-/// The whole file. \throws FileError, MemoryError
-Bytes read_file(const std::filesystem::path& path) {
-    std::error_code error;
-    const auto status = std::filesystem::status(path, error);
-    if (error || !std::filesystem::exists(status)) {
-        throw FileError(
-            fmt::format("cannot read '{}': {}", path.string(), error ? error.message() : "no such file"));
-    }
-    if (!std::filesystem::is_regular_file(status)) {
-        throw FileError(fmt::format("cannot read '{}': it is not a regular file", path.string()));
-    }
-    const std::uint64_t size = std::filesystem::file_size(path, error);
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-    if (error || !file) {
-        throw FileError(
-            fmt::format("cannot read '{}': {}", path.string(), error ? error.message() : std::strerror(errno)));
-    }
-    Bytes bytes;
-    const auto too_large = [&] {
-        return MemoryError(fmt::format("'{}' has {} bytes, more than the memory", path.string(), size));
-    };
-    // Linux hands out more than there is, and ends the program when it is touched.
-    if (const std::uint64_t available = available_memory(); available > 0 && size > available)
-        throw too_large();
-    try {
-        bytes.data = std::make_unique_for_overwrite<char[]>(size);
-    } catch (const std::bad_alloc&) {
-        throw too_large();
-    }
-    bytes.size = std::fread(bytes.data.get(), 1, size, file.get());
-    if (std::ferror(file.get()) != 0) {
-        throw FileError(fmt::format("cannot read '{}': {}", path.string(), std::strerror(errno)));
-    }
-    return bytes;
-}
 
 bool starts_like_off(std::string_view text) {
     for (const std::string_view prefix : {"ST", "C", "N", "4", "n"}) {
@@ -118,13 +71,12 @@ MeshFile formats::parse_mesh(std::string_view bytes, const std::string& extensio
 }
 
 MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options) {
-    const Bytes bytes = read_file(path);
+    const FileBytes file = read_bytes(path);
     const LoadSibling load = [&](const std::string& relative) {
-        const Bytes sibling = read_file(path.parent_path() / relative);
-        return std::string(sibling.view());
+        return read_bytes(path.parent_path() / relative);
     };
     try {
-        return parse_mesh(bytes.view(), lower_extension(path), load, options);
+        return parse_mesh(text_of(file), lower_extension(path), load, options);
     } catch (const InputError& error) {
         throw InputError(fmt::format("cannot use '{}': {}", path.string(), error.what()));
     } catch (const std::bad_alloc&) {

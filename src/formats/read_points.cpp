@@ -33,7 +33,7 @@ std::vector<Vec3> read_points(const std::filesystem::path& path) {
     const Parse parse = parser_of(path);
     const FileBytes file = read_bytes(path);
     try {
-        return parse({reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()});
+        return parse(text_of(file));
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", path.string(), error.what()));
     } catch (const std::bad_alloc&) {

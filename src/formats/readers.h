@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/input_file.h"
 #include "its/mesh.h"
 #include "its/mesh_file.h"
 
@@ -31,7 +32,7 @@ MeshFile parse_ply(std::string_view bytes, const ReadOptions& options = {});
 std::vector<Vec3> parse_ply_points(std::string_view bytes);
 MeshFile parse_off(std::string_view bytes, const ReadOptions& options = {});
 /// Loads one file that a .gltf refers to, given its relative path; \throws FileError.
-using LoadSibling = std::function<std::string(const std::string& relative_path)>;
+using LoadSibling = std::function<FileBytes(const std::string& relative_path)>;
 /// GLB (binary) or glTF (JSON). Without `load`, files that it refers to are refused.
 MeshFile parse_gltf(std::string_view bytes, const LoadSibling& load = {}, const ReadOptions& options = {});
 MeshFile parse_3mf(std::string_view bytes, const ReadOptions& options = {});

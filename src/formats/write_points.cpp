@@ -1,11 +1,6 @@
 #include <fmt/format.h>
 
-#include <array>
-#include <bit>
-#include <charconv>
-#include <cstring>
-
-#include "base/output_file.h"
+#include "formats/new_file.h"
 #include "formats/point_readers.h"
 #include "formats/readers.h"
 
@@ -13,45 +8,6 @@ namespace its {
 using namespace formats;
 
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
-
-/// The rows of a table, on their way into a file that appears complete or not at all.
-class Rows {
-public:
-    explicit Rows(const std::filesystem::path& path) : file_(path) {}
-
-    void text(std::string_view text) { buffer_.append(text); }
-    /// The shortest text that reads back as the same number.
-    void digits(double value) {
-        std::array<char, 32> digits;
-        const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-        buffer_.append(digits.data(), end);
-    }
-    template <class T>
-    void raw(T value) {
-        std::array<char, sizeof(T)> bytes;
-        std::memcpy(bytes.data(), &value, sizeof(T));
-        buffer_.append(bytes.data(), bytes.size());
-    }
-    void end_row() {
-        constexpr std::size_t enough = std::size_t{1} << 20;
-        if (buffer_.size() >= enough) flush();
-    }
-    void commit() {
-        flush();
-        file_.commit();
-    }
-
-private:
-    void flush() {
-        file_.write(std::as_bytes(std::span(buffer_)));
-        buffer_.clear();
-    }
-
-    OutputFile file_;
-    std::string buffer_;
-};
 
 struct Table {
     std::span<const Vec3> points;
@@ -70,7 +26,7 @@ struct Table {
     }
 };
 
-void write_npy(const Table& table, Rows& rows) {
+void write_npy(const Table& table, NewFile& file) {
     std::size_t width = 1;
     table.for_names([&](const std::string&) { ++width; });
     std::string header =
@@ -81,58 +37,47 @@ void write_npy(const Table& table, Rows& rows) {
     constexpr std::size_t before = 10, alignment = 64;  // the data begin at a multiple of 64
     header.resize((before + header.size() + alignment) / alignment * alignment - before - 1, ' ');
     header += '\n';
-    rows.text({"\x93NUMPY\x01\x00", 8});
-    rows.raw(static_cast<std::uint16_t>(header.size()));
-    rows.text(header);
+    file << std::string_view("\x93NUMPY\x01\x00", 8);
+    file.raw(static_cast<std::uint16_t>(header.size()));
+    file << header;
     for (std::size_t i = 0; i < table.codes.size(); ++i) {
         if (width == 1)
-            rows.raw(table.codes[i]);
+            file.raw(table.codes[i]);
         else
-            rows.raw(double(table.codes[i]));
-        table.for_values(i, [&](double value) { rows.raw(value); });
-        rows.end_row();
+            file.raw(double(table.codes[i]));
+        table.for_values(i, [&](double value) { file.raw(value); });
     }
 }
 
-void write_lines(const Table& table, Rows& rows, std::string_view separator) {
+void write_lines(const Table& table, NewFile& file, std::string_view separator) {
     for (std::size_t i = 0; i < table.codes.size(); ++i) {
-        for (int axis = 0; axis < 3; ++axis) {
-            rows.digits(table.points[i][axis]);
-            rows.text(separator);
-        }
-        rows.digits(table.codes[i]);
-        table.for_values(i, [&](double value) {
-            rows.text(separator);
-            rows.digits(value);
-        });
-        rows.text("\n");
-        rows.end_row();
+        for (int axis = 0; axis < 3; ++axis) file << table.points[i][axis] << separator;
+        file << double(table.codes[i]);
+        table.for_values(i, [&](double value) { file << separator << value; });
+        file << "\n";
     }
 }
 
-void write_csv(const Table& table, Rows& rows) {
-    rows.text("x,y,z,code");
-    table.for_names([&](const std::string& name) { rows.text("," + name); });
-    rows.text("\n");
-    write_lines(table, rows, ",");
+void write_csv(const Table& table, NewFile& file) {
+    file << "x,y,z,code";
+    table.for_names([&](const std::string& name) { file << "," << name; });
+    file << "\n";
+    write_lines(table, file, ",");
 }
 
-void write_xyz(const Table& table, Rows& rows) {
-    write_lines(table, rows, " ");
+void write_xyz(const Table& table, NewFile& file) {
+    write_lines(table, file, " ");
 }
 
-void write_ply(const Table& table, Rows& rows) {
-    rows.text(
-        fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty "
-                    "double y\nproperty double z\nproperty char code\n",
-                    table.codes.size()));
-    table.for_names([&](const std::string& name) { rows.text("property double " + name + "\n"); });
-    rows.text("end_header\n");
+void write_ply(const Table& table, NewFile& file) {
+    file << "ply\nformat binary_little_endian 1.0\nelement vertex " << std::uint64_t{table.codes.size()}
+         << "\nproperty double x\nproperty double y\nproperty double z\nproperty int code\n";
+    table.for_names([&](const std::string& name) { file << "property double " << name << "\n"; });
+    file << "end_header\n";
     for (std::size_t i = 0; i < table.codes.size(); ++i) {
-        for (int axis = 0; axis < 3; ++axis) rows.raw(table.points[i][axis]);
-        rows.raw(table.codes[i]);
-        table.for_values(i, [&](double value) { rows.raw(value); });
-        rows.end_row();
+        for (int axis = 0; axis < 3; ++axis) file.raw(table.points[i][axis]);
+        file.raw(std::int32_t{table.codes[i]});
+        table.for_values(i, [&](double value) { file.raw(value); });
     }
 }
 
@@ -148,12 +93,12 @@ void write_points(const std::filesystem::path& path, std::span<const Vec3> point
             throw OptionError(fmt::format("{} values in {} columns for {} points", c.values.size(),
                                           c.names.size(), points.size()));
     const std::string extension = lower_extension(path);
-    Rows rows(path);
+    NewFile file(path);
     (extension == ".npy"   ? write_npy
      : extension == ".csv" ? write_csv
      : extension == ".xyz" ? write_xyz
-                           : write_ply)({points, codes, columns}, rows);
-    rows.commit();
+                           : write_ply)({points, codes, columns}, file);
+    file.commit();
 }
 
 }  // namespace its

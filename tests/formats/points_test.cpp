@@ -236,6 +236,14 @@ TEST_F(PointFiles, TextAndPlyReadBackAsTheSameBits) {
               "x,y,z,code,value,a,b\n0.1,-2.5e-300,3,-1,0.1,1,2\n1e+300,nan,-inf,2,nan,3,4\n"
               "-0,0.3333333333333333,5,1,0.3333333333333333,5,6\n");
     EXPECT_EQ(content(folder_ / "p.xyz").substr(0, 26), "0.1 -2.5e-300 3 -1 0.1 1 2");
+    EXPECT_NE(content(folder_ / "p.ply").find("property int code\n"), std::string::npos)
+        << "some programs do not know char";
+}
+
+TEST_F(PointFiles, NanHasNoSignInText) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    write_points(folder_ / "p.csv", std::vector<Vec3>{{1, -nan, 2}}, std::vector<std::int8_t>{2});
+    EXPECT_EQ(content(folder_ / "p.csv"), "x,y,z,code\n1,nan,2,2\n");
 }
 
 TEST_F(PointFiles, NpyOfCodesAndOfColumns) {

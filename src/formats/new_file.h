@@ -1,0 +1,67 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "base/output_file.h"
+
+namespace its::formats {
+
+/// Text and numbers, buffered on their way into a file that appears complete or not at all.
+class NewFile {
+public:
+    explicit NewFile(const std::filesystem::path& path) : file_(path) { buffer_.reserve(capacity + 256); }
+
+    NewFile& operator<<(std::string_view text) {
+        buffer_.append(text);
+        if (buffer_.size() >= capacity) flush();
+        return *this;
+    }
+    /// The shortest text that reads back as the same number.
+    NewFile& operator<<(double value) { return *this << number(value); }
+    NewFile& operator<<(float value) { return *this << number(value); }
+    NewFile& operator<<(std::uint64_t value) { return *this << number(value); }
+
+    /// The bytes of a number, least significant first.
+    template <class T>
+    NewFile& raw(T value) {
+        std::array<char, sizeof(T)> bytes;
+        std::memcpy(bytes.data(), &value, sizeof(T));
+        if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+        return *this << std::string_view(bytes.data(), bytes.size());
+    }
+
+    /// Gives the file its name. \throws FileError if any byte could not be written (a full disk).
+    void commit() {
+        flush();
+        file_.commit();
+    }
+
+private:
+    static constexpr std::size_t capacity = std::size_t{1} << 20;
+
+    template <class T>
+    std::string_view number(T value) {
+        if (value != value) return "nan";  // without the sign that it may have
+        const auto [end, error] = std::to_chars(text_, text_ + sizeof text_, value);
+        return {text_, std::size_t(end - text_)};
+    }
+    void flush() {
+        file_.write(std::as_bytes(std::span(buffer_)));
+        buffer_.clear();
+    }
+
+    OutputFile file_;
+    std::string buffer_;
+    char text_[32];
+};
+
+}  // namespace its::formats

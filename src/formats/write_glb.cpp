@@ -1,0 +1,143 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "formats/writers.h"
+#include "geometry/vec3.h"
+#include "its/mesh_file.h"
+#include "its/version.h"
+
+namespace its::formats {
+
+namespace {
+
+/// glTF 2.0 names its numbers' types and buffers' uses so.
+constexpr int gltf_float = 5126, gltf_uint32 = 5125, gltf_byte = 5121, gltf_vertices = 34962,
+              gltf_indices = 34963;
+
+/// Bytes of a mesh in the buffer.
+std::uint64_t bytes_of(const GlbMesh& named) {
+    const auto& [colours, texture, normals, bytes] = named.attributes;
+    return 12 * (named.mesh->vertices.size() + named.mesh->triangles.size()) + 12 * normals.size() +
+           8 * texture.size() + (bytes ? 4 : 16) * colours.size();
+}
+
+/// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away
+/// that 32 bits would lose more than two of them.
+Vec3 glb_centre(const Box& box) {
+    double size = 0, far = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        size = std::max(size, box.max[axis] - box.min[axis]);
+        far = std::max({far, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    }
+    return far > 4 * size ? 0.5 * (box.min + box.max) : Vec3{};
+}
+
+/// Bounds of all vertices.
+Box bounds_of(std::span<const GlbMesh> meshes) {
+    constexpr double huge = std::numeric_limits<double>::max();
+    Box box{{huge, huge, huge}, {-huge, -huge, -huge}};
+    for (const GlbMesh& named : meshes)
+        for (const Vec3& v : named.mesh->vertices)
+            for (int axis = 0; axis < 3; ++axis) {
+                box.min[axis] = std::min(box.min[axis], v[axis]);
+                box.max[axis] = std::max(box.max[axis], v[axis]);
+            }
+    return box;
+}
+
+/// The JSON of a GLB file whose buffer has each mesh's vertices, its indices, then its attributes.
+nlohmann::ordered_json glb_json(std::span<const GlbMesh> meshes, const Vec3& centre) {
+    using Json = nlohmann::ordered_json;
+    Json json;
+    json["asset"] = {{"version", "2.0"}, {"generator", "its " ITS_VERSION}};
+    json["scene"] = 0;
+    std::uint64_t offset = 0, accessors = 0;
+    // Adds an accessor with a view of its own, and returns its number.
+    const auto add = [&](Json accessor, std::uint64_t bytes, int target) {
+        accessor["bufferView"] = accessors;
+        json["accessors"].push_back(std::move(accessor));
+        json["bufferViews"].push_back(
+            {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", bytes}, {"target", target}});
+        offset += bytes;
+        return accessors++;
+    };
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const Mesh& mesh = *meshes[i].mesh;
+        const auto& [colours, texture, normals, bytes] = meshes[i].attributes;
+        const std::uint64_t count = mesh.vertices.size();
+        const Box box = bounds_of(meshes.subspan(i, 1));
+        Json low = Json::array(), high = Json::array();
+        for (int axis = 0; axis < 3; ++axis) {
+            low.push_back(float(box.min[axis] - centre[axis]));
+            high.push_back(float(box.max[axis] - centre[axis]));
+        }
+        const auto floats = [&](const char* type) {
+            return Json{{"componentType", gltf_float}, {"count", count}, {"type", type}};
+        };
+        Json positions = floats("VEC3");
+        positions["min"] = low;
+        positions["max"] = high;
+        Json attributes = {{"POSITION", add(positions, 12 * count, gltf_vertices)}};
+        const std::uint64_t indices =
+            add({{"componentType", gltf_uint32}, {"count", 3 * mesh.triangles.size()}, {"type", "SCALAR"}},
+                12 * mesh.triangles.size(), gltf_indices);
+        if (!colours.empty()) {
+            Json accessor = floats("VEC4");
+            if (bytes) accessor["componentType"] = gltf_byte, accessor["normalized"] = true;
+            attributes["COLOR_0"] = add(accessor, (bytes ? 4 : 16) * count, gltf_vertices);
+        }
+        if (!texture.empty()) attributes["TEXCOORD_0"] = add(floats("VEC2"), 8 * count, gltf_vertices);
+        if (!normals.empty()) attributes["NORMAL"] = add(floats("VEC3"), 12 * count, gltf_vertices);
+        const Json primitive = {{"attributes", attributes}, {"indices", indices}};
+        json["meshes"].push_back({{"name", meshes[i].name}, {"primitives", Json::array({primitive})}});
+        json["nodes"].push_back({{"name", meshes[i].name}, {"mesh", i}});
+        if (centre != Vec3{}) json["nodes"].back()["translation"] = {centre.x, centre.y, centre.z};
+        json["scenes"][0]["nodes"].push_back(i);
+    }
+    json["buffers"].push_back({{"byteLength", offset}});
+    return json;
+}
+
+void write_glb_data(const GlbMesh& named, const Vec3& centre, NewFile& file) {
+    for (const Vec3& v : named.mesh->vertices)
+        for (int axis = 0; axis < 3; ++axis) file.raw(float(v[axis] - centre[axis]));
+    for (const auto& [a, b, c] : named.mesh->triangles) file.raw(a).raw(b).raw(c);
+    for (const Colour& colour : named.attributes.colours)
+        for (const float x : colour) named.attributes.byte_colours ? file.raw(byte_of(x)) : file.raw(x);
+    for (const auto& [u, v] : named.attributes.texture) file.raw(float(u)).raw(float(1 - v));  // v points down
+    for (const Vec3& n : named.attributes.normals) file.raw(float(n.x)).raw(float(n.y)).raw(float(n.z));
+}
+
+}  // namespace
+
+void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& path) {
+    std::uint64_t buffer = 0;
+    for (const GlbMesh& named : meshes) {
+        check_writable(*named.mesh, true);
+        if (named.mesh->triangles.empty())
+            throw InputError(fmt::format(
+                "cannot write '{}': a GLB file has no place for a mesh without triangles", path.string()));
+        buffer += bytes_of(named);
+    }
+    const Vec3 centre = glb_centre(bounds_of(meshes));
+    std::string text = glb_json(meshes, centre).dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const std::uint64_t total = 12 + 8 + text.size() + 8 + buffer;
+    if (meshes.empty() || total > std::numeric_limits<std::uint32_t>::max())
+        throw InputError(fmt::format("cannot write '{}': a GLB file holds 1 byte to 4 GB; write .ply instead",
+                                     path.string()));
+
+    NewFile file(path);
+    file << "glTF";
+    file.raw(std::uint32_t{2}).raw(std::uint32_t(total)).raw(std::uint32_t(text.size()));
+    file << "JSON" << text;
+    file.raw(std::uint32_t(buffer)) << std::string_view("BIN\0", 4);
+    for (const GlbMesh& named : meshes) write_glb_data(named, centre, file);
+    file.commit();
+}
+
+}  // namespace its::formats

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/new_file.h"
+#include "its/mesh.h"
+
+namespace its::formats {
+
+/// One writer per file format. Each trusts its mesh: finite coordinates in the format's range, indices in
+/// range.
+
+/// Attributes of vertices: each list is empty or has one value for each vertex.
+struct VertexAttributes {
+    std::vector<Colour> colours;
+    std::vector<TexturePoint> texture;
+    std::vector<Vec3> normals;
+    bool byte_colours = false;
+};
+
+/// A component of a colour in 8 bits.
+inline std::uint8_t byte_of(float x) {
+    return std::uint8_t(std::lround(std::clamp(x, 0.0F, 1.0F) * 255));
+}
+
+/// Texture coordinates and normals have tables of their own; a colour belongs to its vertex.
+void write_obj(const Mesh& mesh, std::span<const Colour> colours, const CornerValues<TexturePoint>& texture,
+               const CornerValues<Vec3>& normals, NewFile& file);
+void write_off(const Mesh& mesh, const VertexAttributes& attributes, NewFile& file);
+void write_ply(const Mesh& mesh, const VertexAttributes& attributes, NewFile& file);
+/// Coordinates are rounded to 32 bits: the format has no others. \throws InputError (too many triangles)
+void write_stl(const Mesh& mesh, NewFile& file);
+
+/// A mesh of a GLB file.
+struct GlbMesh {
+    std::string name;
+    const Mesh* mesh;
+    VertexAttributes attributes;
+};
+/// Coordinates are rounded to 32 bits, about a centre of their own where the meshes are far away.
+/// \throws InputError (no triangles, or more than the format's 4 GB)
+void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& path);
+
+/// \throws InputError on what would make a file that cannot be read back.
+void check_writable(const Mesh& mesh, bool single_precision);
+
+}  // namespace its::formats
