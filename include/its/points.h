@@ -44,8 +44,8 @@ struct PointColumns {
 ///
 /// .xyz: the same lines, separated by blanks and without names.
 ///
-/// .ply: vertices, binary and little-endian: x, y, z as double, code as int (some programs skip char), the columns as
-/// double.
+/// .ply: vertices, binary and little-endian: x, y, z as double, code as int (some programs skip char), the
+/// columns as double.
 ///
 /// Numbers in text read back as the same bits.
 /// \throws FileError; OptionError (unknown extension, or arrays that do not fit each other).

@@ -116,10 +116,10 @@ public:
 
     void find_cells() {
         const Stopwatch octree_time;
-        voxels_ = octree::voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(), options_.progress,
-                           [&](int level, std::uint64_t cells, std::uint64_t pairs) {
-                               budget_.check_level(level, cells, pairs);
-                           });
+        voxels_ = octree::voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(),
+                                   options_.progress, [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+                                       budget_.check_level(level, cells, pairs);
+                                   });
         times_.octree = octree_time.seconds();
 
         const Stopwatch sign_time;
