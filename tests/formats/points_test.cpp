@@ -241,7 +241,6 @@ TEST_F(PointFiles, TextAndPlyReadBackAsTheSameBits) {
 }
 
 TEST_F(PointFiles, NanHasNoSignInText) {
-    const double nan = std::numeric_limits<double>::quiet_NaN();
     write_points(folder_ / "p.csv", std::vector<Vec3>{{1, -nan, 2}}, std::vector<std::int8_t>{2});
     EXPECT_EQ(content(folder_ / "p.csv"), "x,y,z,code\n1,nan,2,2\n");
 }
