@@ -12,6 +12,7 @@
 #include "base/simd.h"
 #include "distance/triangle_tree.h"
 #include "geometry/vec3.h"
+#include "octree/neighbours.h"
 
 namespace its::distance {
 
@@ -201,47 +202,19 @@ ITS_CLONES void search(const TriangleTree& tree, const Entries& entries, Packet&
     }
 }
 
-/// The group's point at corner x + 2y + 4z of its cube.
-constexpr int corner_point(int corner) {
-    return 2 * (corner & 1) + 6 * (corner >> 1 & 1) + 18 * (corner >> 2);
-}
-
 constexpr std::uint32_t corner_points = [] {
     std::uint32_t bits = 0;
-    for (int corner = 0; corner < 8; ++corner) bits |= 1u << corner_point(corner);
+    for (int corner = 0; corner < 8; ++corner) bits |= 1u << octree::group_point(corner, corner);
     return bits;
 }();
 
-/// The group next to a group on the lower side along the axes in the bits of `direction`, of the same level;
-/// what it shares is the points that are lowest along these axes.
-struct SharedPoints {
-    std::uint32_t bits;
-    int count;
-    std::int8_t own[9], theirs[9];
-};
-constexpr std::array<SharedPoints, 8> shared_points = [] {
-    std::array<SharedPoints, 8> table{};
-    for (int direction = 1; direction < 8; ++direction) {
-        SharedPoints& s = table[std::size_t(direction)];
-        for (int p = 0; p < octree::group_points; ++p) {
-            const int at[3] = {p % 3, p / 3 % 3, p / 9}, stride[3] = {1, 3, 9};
-            int theirs = p;
-            bool shared = true;
-            for (int axis = 0; axis < 3; ++axis) {
-                if (!(direction >> axis & 1)) continue;
-                shared &= at[axis] == 0;
-                theirs += 2 * stride[axis];
-            }
-            if (!shared) continue;
-            s.bits |= 1u << p;
-            s.own[s.count] = std::int8_t(p);
-            s.theirs[s.count++] = std::int8_t(theirs);
-        }
-    }
-    return table;
-}();
+/// What a group shares with the group next to it on the lower side along the axes in the bits of `direction`.
+constexpr const octree::SharedPoints& shared_with_lower(unsigned direction) {
+    return octree::shared_points[unsigned(octree::itself) - (direction & 1) - 3 * (direction >> 1 & 1) -
+                                 9 * (direction >> 2)];
+}
 
-/// Groups by direction as above, no_group where there is none or it is not solved yet; at 0 the group itself.
+/// Groups by such a direction, no_group where there is none or it is not solved yet; at 0 the group itself.
 using Neighbours = std::array<std::uint64_t, 8>;
 
 Neighbours alone(std::uint64_t group) {
@@ -303,10 +276,10 @@ public:
         const std::uint64_t group = neighbours[0];
         std::uint32_t known = level == octree_.depth ? 0 : corner_points;
         for (const std::size_t direction : {1, 2, 4, 3, 5, 6, 7}) {
-            if (neighbours[direction] == octree::no_group || (shared_points[direction].bits & ~known) == 0)
+            if (neighbours[direction] == octree::no_group || (shared_with_lower(direction).bits & ~known) == 0)
                 continue;
-            copy_shared(level, group, neighbours[direction], shared_points[direction]);
-            known |= shared_points[direction].bits;
+            copy_shared(level, group, neighbours[direction], shared_with_lower(direction));
+            known |= shared_with_lower(direction).bits;
         }
         fill_packet(level, group, all_points & ~known);
         if (packet_.count == 0) return;
@@ -355,7 +328,7 @@ public:
         to.seeds = 0;
         for (int corner = 0; corner < 8; ++corner) {
             const std::uint64_t from = octree::group_points * group + octree::group_point(child, corner);
-            const std::uint64_t at = octree::group_points * child_group + corner_point(corner);
+            const std::uint64_t at = octree::group_points * child_group + octree::group_point(corner, corner);
             solution_.distance[level - 1][at] = solution_.distance[level][from];
             const std::uint32_t nearest = solution_.nearest[level][from];
             if (level > 1) solution_.nearest[level - 1][at] = nearest;
@@ -372,15 +345,16 @@ public:
     }
 
 private:
-    void copy_shared(int level, std::uint64_t group, std::uint64_t neighbour, const SharedPoints& shared) {
+    void copy_shared(int level, std::uint64_t group, std::uint64_t neighbour,
+                     const octree::SharedPoints& shared) {
         double* const d = solution_.distance[level].data();
-        for (int i = 0; i < shared.count; ++i)
-            d[octree::group_points * group + shared.own[i]] =
+        for (std::size_t i = 0; i < std::size_t(shared.count); ++i)
+            d[octree::group_points * group + shared.ours[i]] =
                 d[octree::group_points * neighbour + shared.theirs[i]];
         if (level == 0) return;
         std::uint32_t* const n = solution_.nearest[level].data();
-        for (int i = 0; i < shared.count; ++i)
-            n[octree::group_points * group + shared.own[i]] =
+        for (std::size_t i = 0; i < std::size_t(shared.count); ++i)
+            n[octree::group_points * group + shared.ours[i]] =
                 n[octree::group_points * neighbour + shared.theirs[i]];
     }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "octree/neighbours.h"
+
 namespace its::query {
 
 namespace {
@@ -172,22 +174,20 @@ ITS_INLINE void halve(unsigned octant, double (&value)[8]) {
         }
 }
 
-/// Of a corner c of an octant, its number among the 27 points of the neighbour across axes s.
-constexpr unsigned point_in_neighbour(unsigned octant, unsigned c, unsigned s) {
-    unsigned point = 0;
-    for (unsigned axis = 3; axis-- > 0;) {
-        const unsigned half = (octant >> axis & 1) + (c >> axis & 1);
-        point = 3 * point + (s >> axis & 1 ? 2 - half : half);
-    }
-    return point;
-}
-
+/// [octant][c][s]: of corner c of an octant, its number among the 27 points of the neighbour across axes s on
+/// the octant's side, if it is one of them.
 constexpr auto points = [] {
     std::array<std::array<std::array<std::uint8_t, 8>, 8>, 8> table{};
     for (unsigned octant = 0; octant < 8; ++octant)
         for (unsigned c = 0; c < 8; ++c)
-            for (unsigned s = 0; s < 8; ++s)
-                table[octant][c][s] = std::uint8_t(point_in_neighbour(octant, c, s));
+            for (unsigned s = 0; s < 8; ++s) {
+                int neighbour = octree::itself, stride = 1;
+                for (unsigned axis = 0; axis < 3; ++axis, stride *= 3)
+                    if (s >> axis & 1) neighbour += octant >> axis & 1 ? stride : -stride;
+                const int point =
+                    octree::point_of_neighbour(octree::group_point(int(octant), int(c)), neighbour);
+                table[octant][c][s] = std::uint8_t(std::max(point, 0));
+            }
     return table;
 }();
 

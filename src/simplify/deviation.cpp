@@ -34,50 +34,6 @@ double least_squared_distance(const Vec3& p, std::span<const Frame> targets, std
     return least;
 }
 
-/// A triangle in its own plane, for the flood: (0, 0), (bx, 0), (cx, cy) drawn in towards its centroid.
-struct Core {
-    double x[3], y[3];
-    double nx[3], ny[3], level[3];  ///< edge k from corner k: inside where nx·x + ny·y ≥ level, unit normal
-
-    /// Every corner moves by at most `inset`.
-    Core(const Frame& f, double inset) : x{0, f.bx, f.cx}, y{0, 0, f.cy}, nx{}, ny{}, level{} {
-        const double gx = (x[0] + x[1] + x[2]) / 3, gy = (y[0] + y[1] + y[2]) / 3;
-        for (int k = 0; k < 3; ++k) {
-            const double dx = gx - x[k], dy = gy - y[k], length = std::sqrt(dx * dx + dy * dy);
-            const double t = length > inset ? inset / length : 1.0;
-            x[k] += t * dx;
-            y[k] += t * dy;
-        }
-        for (int k = 0; k < 3; ++k) {
-            const double dx = x[(k + 1) % 3] - x[k], dy = y[(k + 1) % 3] - y[k];
-            const double length = std::sqrt(dx * dx + dy * dy);
-            nx[k] = length > 0 ? -dy / length : 0;
-            ny[k] = length > 0 ? dx / length : 0;
-            level[k] = nx[k] * x[k] + ny[k] * y[k];
-        }
-    }
-
-    /// Bit k: certainly on the outer side of edge k.
-    unsigned outside(double px, double py, double margin) const {
-        unsigned code = 0;
-        for (int k = 0; k < 3; ++k) code |= unsigned(nx[k] * px + ny[k] * py < level[k] - margin) << k;
-        return code;
-    }
-
-    /// Whether the segment certainly passes by, given that its ends share no outer side: all of the core on one
-    /// side of its line.
-    bool beside(double px, double py, double qx, double qy, double margin) const {
-        const double dx = qx - px, dy = qy - py, length = std::sqrt(dx * dx + dy * dy);
-        double low = 1e300, high = -1e300;
-        for (int k = 0; k < 3; ++k) {
-            const double side = dx * (y[k] - py) - dy * (x[k] - px);
-            low = std::min(low, side);
-            high = std::max(high, side);
-        }
-        return low > 2 * margin * length || high < -2 * margin * length;
-    }
-};
-
 }  // namespace
 
 Deviation::Deviation(const Complex& original) {
@@ -303,120 +259,73 @@ bool Deviation::cover_originals() {
 /// covered an odd number of times, hence all are. A point of the face is within `inset` of a point of the core,
 /// in the plane; that one is below or above a point of S by at most the height; and these are perpendicular.
 bool Deviation::cover_by_projection(const Frame& face, std::size_t number, double inset) {
-    const double margin = rounding_;
     const double height = std::sqrt(std::max(limit2_ - inset * inset, 0.0));
     const Core core(face, inset);
-    struct Shadow {
-        std::array<double, 3> x, y, z;
-    };
-    const auto project = [&](std::uint32_t t) {
-        Shadow s;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 l = face.local(vertex_[original_[t].corner[k]].at);
-            s.x[k] = l.x, s.y[k] = l.y, s.z[k] = l.z;
-        }
-        return s;
-    };
-    // The largest height over the part of a triangle that is over the core: its corners are enough if low.
-    const auto low_over_core = [&](const Shadow& s) {
-        double worst = 0;
-        for (const double z : s.z) worst = std::max(worst, std::abs(z));
-        if (worst <= height) return true;
-        std::array<Vec3, 9> polygon = {Vec3{s.x[0], s.y[0], s.z[0]}, Vec3{s.x[1], s.y[1], s.z[1]},
-                                       Vec3{s.x[2], s.y[2], s.z[2]}};
-        std::size_t size = 3;
-        for (int k = 0; k < 3; ++k) {
-            std::array<Vec3, 9> cut;
-            std::size_t kept = 0;
-            for (std::size_t i = 0; i < size && kept + 2 <= cut.size(); ++i) {
-                const Vec3 &p = polygon[i], &q = polygon[(i + 1) % size];
-                const double from_p = core.nx[k] * p.x + core.ny[k] * p.y - core.level[k] + margin;
-                const double from_q = core.nx[k] * q.x + core.ny[k] * q.y - core.level[k] + margin;
-                if (from_p >= 0) cut[kept++] = p;
-                if ((from_p >= 0) != (from_q >= 0)) cut[kept++] = p + (from_p / (from_p - from_q)) * (q - p);
-            }
-            polygon = cut;
-            size = kept;
-        }
-        for (std::size_t i = 0; i < size; ++i)
-            if (std::abs(polygon[i].z) > height) return false;
-        return true;
-    };
-    // How a triangle covers a point: 1 certainly, 0 certainly not, −1 not sure.
-    const auto covers = [&](const Shadow& s, double px, double py) {
-        double least = 1e300, most = -1e300;
-        bool sure = true;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const double ex = s.x[(k + 1) % 3] - s.x[k], ey = s.y[(k + 1) % 3] - s.y[k];
-            const double side = ex * (py - s.y[k]) - ey * (px - s.x[k]);
-            const double length = std::abs(ex) + std::abs(ey);
-            sure &= std::abs(side) > 2 * margin * length;
-            least = std::min(least, side);
-            most = std::max(most, side);
-        }
-        const bool in = least >= 0 || most <= 0;
-        if (sure) return in ? 1 : 0;
-        // Not sure of a side; still outside if two sides certainly differ.
-        double surely_low = 0, surely_high = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const double ex = s.x[(k + 1) % 3] - s.x[k], ey = s.y[(k + 1) % 3] - s.y[k];
-            const double side = ex * (py - s.y[k]) - ey * (px - s.x[k]);
-            const double length = std::abs(ex) + std::abs(ey);
-            if (side > 2 * margin * length) surely_high = 1;
-            if (side < -2 * margin * length) surely_low = 1;
-        }
-        return surely_low * surely_high > 0 ? 0 : -1;
-    };
-
     constexpr double weights[3][3] = {{0.34, 0.33, 0.33}, {0.5, 0.27, 0.23}, {0.21, 0.26, 0.53}};
-    const std::uint64_t bit = std::uint64_t{1} << number;
     for (const auto& w : weights) {
         const double px = w[0] * core.x[0] + w[1] * core.x[1] + w[2] * core.x[2];
         const double py = w[0] * core.y[0] + w[1] * core.y[1] + w[2] * core.y[2];
-        // A triangle over the point: first among those that are near the face as a whole.
-        std::uint32_t seed = no_index;
-        for (int pass = 0; pass < 2 && seed == no_index; ++pass) {
-            for (const std::uint32_t t : region_) {
-                const Triangle& c = original_[t].corner;
-                const std::uint64_t all =
-                    near_[vertex_[c[0]].local] & near_[vertex_[c[1]].local] & near_[vertex_[c[2]].local] & bit;
-                if ((all != 0) != (pass == 0)) continue;
-                const Shadow s = project(t);
-                if (covers(s, px, py) == 1 && low_over_core(s)) {
-                    seed = t;
-                    break;
-                }
-            }
-        }
+        const std::uint32_t seed = triangle_over(face, core, height, number, px, py);
         if (seed == no_index) continue;
-
-        ++flood_epoch_;
-        flood_.clear();
-        flood_.push_back(seed);
-        original_[seed].flood_mark = flood_epoch_;
-        int parity = 0;
-        bool sure = true;
-        for (std::size_t done = 0; done < flood_.size(); ++done) {
-            const Shadow s = project(flood_[done]);
-            if (!low_over_core(s)) return false;
-            const int covered = covers(s, px, py);
-            sure &= covered >= 0;
-            parity ^= covered & 1;
-            unsigned code[3];
-            for (std::size_t k = 0; k < 3; ++k) code[k] = core.outside(s.x[k], s.y[k], margin);
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t m = (k + 1) % 3;
-                if ((code[k] & code[m]) != 0 || core.beside(s.x[k], s.y[k], s.x[m], s.y[m], margin)) continue;
-                const std::uint32_t neighbour = original_[flood_[done]].neighbour[k];
-                if (neighbour == no_index) return false;
-                if (original_[neighbour].flood_mark == flood_epoch_) continue;
-                original_[neighbour].flood_mark = flood_epoch_;
-                flood_.push_back(neighbour);
-            }
-        }
-        if (sure && parity == 1) return true;
+        const Flood flood = flood_from(seed, face, core, height, px, py);
+        if (flood == Flood::leaves) return false;
+        if (flood == Flood::covers) return true;
     }
     return false;
+}
+
+Shadow Deviation::shadow(const Frame& face, std::uint32_t triangle) const {
+    Shadow s;
+    for (std::size_t k = 0; k < 3; ++k) s.corner[k] = face.local(vertex_[original_[triangle].corner[k]].at);
+    return s;
+}
+
+/// A triangle of the region, low over the core, that certainly covers the point; no_index if there is none.
+/// First among those that are near the face as a whole.
+std::uint32_t Deviation::triangle_over(const Frame& face, const Core& core, double height, std::size_t number,
+                                       double px, double py) const {
+    const std::uint64_t bit = std::uint64_t{1} << number;
+    for (const bool near_face : {true, false})
+        for (const std::uint32_t t : region_) {
+            const Triangle& c = original_[t].corner;
+            const std::uint64_t all =
+                near_[vertex_[c[0]].local] & near_[vertex_[c[1]].local] & near_[vertex_[c[2]].local] & bit;
+            if ((all != 0) != near_face) continue;
+            const Shadow s = shadow(face, t);
+            if (s.covers(px, py, rounding_) == 1 && s.low_over(core, height, rounding_)) return t;
+        }
+    return no_index;
+}
+
+/// Grows S from the seed, across every edge that may meet the core.
+Deviation::Flood Deviation::flood_from(std::uint32_t seed, const Frame& face, const Core& core, double height,
+                                       double px, double py) {
+    const double margin = rounding_;
+    ++flood_epoch_;
+    flood_.assign(1, seed);
+    original_[seed].flood_mark = flood_epoch_;
+    int parity = 0;
+    bool sure = true;
+    for (std::size_t done = 0; done < flood_.size(); ++done) {
+        const Shadow s = shadow(face, flood_[done]);
+        if (!s.low_over(core, height, margin)) return Flood::leaves;
+        const int covered = s.covers(px, py, margin);
+        sure &= covered >= 0;
+        parity ^= covered & 1;
+        unsigned code[3];
+        for (std::size_t k = 0; k < 3; ++k) code[k] = core.outside(s.corner[k].x, s.corner[k].y, margin);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t m = (k + 1) % 3;
+            const Vec3 &from = s.corner[k], &to = s.corner[m];
+            if ((code[k] & code[m]) != 0 || core.beside(from.x, from.y, to.x, to.y, margin)) continue;
+            const std::uint32_t neighbour = original_[flood_[done]].neighbour[k];
+            if (neighbour == no_index) return Flood::leaves;
+            if (original_[neighbour].flood_mark == flood_epoch_) continue;
+            original_[neighbour].flood_mark = flood_epoch_;
+            flood_.push_back(neighbour);
+        }
+    }
+    return sure && parity == 1 ? Flood::covers : Flood::unsure;
 }
 
 /// Current to original, where the projection does not do: at boundaries, over sharp edges.

@@ -7,6 +7,7 @@
 
 #include "simplify/complex.h"
 #include "simplify/frame.h"
+#include "simplify/shadow.h"
 
 /// The proof that a mesh under simplification and the mesh it came from stay within a distance of each other,
 /// in both directions. See docs/design/simplify.md.
@@ -73,6 +74,14 @@ private:
                std::span<const EdgeTerms> terms, std::uint64_t& used);
     bool cover_face(const Frame& face, std::size_t number);
     bool cover_by_projection(const Frame& face, std::size_t number, double inset);
+    /// What comes of growing S: it has a triangle too high over the core or an edge over it without neighbour;
+    /// it covers the core; or rounding may decide how often it covers the point.
+    enum class Flood : std::uint8_t { leaves, covers, unsure };
+    Flood flood_from(std::uint32_t seed, const Frame& face, const Core& core, double height, double px,
+                     double py);
+    std::uint32_t triangle_over(const Frame& face, const Core& core, double height, std::size_t number,
+                                double px, double py) const;
+    Shadow shadow(const Frame& face, std::uint32_t triangle) const;
     bool cover_by_pieces(const Frame& face);
     std::uint64_t near_targets(const Vec3& p, std::span<const Frame> targets, std::span<const EdgeTerms> terms,
                                std::uint64_t among) const;

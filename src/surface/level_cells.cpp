@@ -1,59 +1,15 @@
 #include "surface/level_cells.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "base/parallel.h"
+#include "octree/neighbours.h"
 
 namespace its::surface {
 
 namespace {
 
 constexpr std::uint64_t min_tasks = 256;  // groups at the level where the work is divided
-constexpr int neighbours = 27;            // dx + 3 dy + 9 dz, each of dx, dy, dz in {0, 1, 2}; 13 is the cell
-constexpr int itself = 13;
-
-/// Of a cell of level j and the 26 around it: the group of level j − 1 that has its children, or no_group.
-using Around = std::array<std::uint64_t, neighbours>;
-
-/// Where the neighbours of each child are: which neighbour of the parent, and which child of that.
-struct ChildTable {
-    std::uint8_t neighbour[8][neighbours], child[8][neighbours];
-
-    constexpr ChildTable() : neighbour{}, child{} {
-        for (int c = 0; c < 8; ++c)
-            for (int n = 0; n < neighbours; ++n) {
-                const int offset[3] = {n % 3, n / 3 % 3, n / 9};
-                int parent = 0, place = 0, stride = 1;
-                for (int axis = 0; axis < 3; ++axis, stride *= 3) {
-                    const int at = (c >> axis & 1) + offset[axis] + 1;  // 1 to 4: half cells from the corner
-                    parent += stride * (at / 2);                        // of neighbour 0
-                    place += (at & 1) << axis;
-                }
-                neighbour[c][n] = std::uint8_t(parent);
-                child[c][n] = std::uint8_t(place);
-            }
-    }
-};
-constexpr ChildTable child_table;
-
-/// The points of a neighbour that are also the cell's: their number, and pairs (its point, our point).
-struct SharedPoints {
-    std::uint8_t count[neighbours], theirs[neighbours][octree::group_points],
-        ours[neighbours][octree::group_points];
-
-    constexpr SharedPoints() : count{}, theirs{}, ours{} {
-        for (int n = 0; n < neighbours; ++n)
-            for (int p = 0; p < octree::group_points; ++p) {
-                const int x = p % 3 - 2 * (n % 3 - 1), y = p / 3 % 3 - 2 * (n / 3 % 3 - 1),
-                          z = p / 9 - 2 * (n / 9 - 1);
-                if (x < 0 || x > 2 || y < 0 || y > 2 || z < 0 || z > 2) continue;
-                theirs[n][count[n]] = std::uint8_t(x + 3 * y + 9 * z);
-                ours[n][count[n]++] = std::uint8_t(p);
-            }
-    }
-};
-constexpr SharedPoints shared_points;
 
 /// The 27 points of a cell's children from its 8 corners: means along x, then y, then z, so that a point on a
 /// face or edge depends on that face's or edge's corners alone, in the same way for all cells that share it.
@@ -75,16 +31,16 @@ public:
     /// not subdivided.
     void visit_group(int level, std::uint64_t group, bool all, std::vector<LevelCell>& found) const {
         const std::uint64_t parent = octree_.levels[level].parent[group];
-        const Around around = around_cell(level + 1, octree::morton_decode(parent));
+        const octree::Around around = around_cell(level + 1, octree::morton_decode(parent));
         visit_children(level + 1, octree::morton_decode(parent), around, all, found);
     }
 
 private:
     /// By search from the root's groups.
-    Around around_cell(int level, const octree::Cell& at) const {
-        Around around;
+    octree::Around around_cell(int level, const octree::Cell& at) const {
+        octree::Around around;
         const std::uint32_t side = octree_.depth + 1 >= level ? 1u << (octree_.depth + 1 - level) : 0;
-        for (int n = 0; n < neighbours; ++n) {
+        for (int n = 0; n < octree::neighbours; ++n) {
             const octree::Cell other = {at[0] + std::uint32_t(n % 3) - 1, at[1] + std::uint32_t(n / 3 % 3) - 1,
                                         at[2] + std::uint32_t(n / 9) - 1};
             const bool exists = other[0] < side && other[1] < side && other[2] < side;  // −1 wraps around
@@ -94,35 +50,21 @@ private:
         return around;
     }
 
-    Around around_child(int level, const Around& parent, int child) const {
-        Around around;
-        const octree::Level& cells = octree_.levels[level - 1];
-        for (std::size_t n = 0; n < neighbours; ++n) {
-            const std::uint64_t group = parent[child_table.neighbour[child][n]];
-            const int place = child_table.child[child][n];
-            around[n] = group == octree::no_group || !(cells.mask[group] >> place & 1)
-                            ? octree::no_group
-                            : cells.first[group] +
-                                  std::uint64_t(std::popcount(cells.mask[group] & ((1u << place) - 1)));
-        }
-        return around;
-    }
-
     static octree::Cell child_of(const octree::Cell& at, int child) {
         return {2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + std::uint32_t(child >> 2)};
     }
 
     /// A subdivided cell.
-    void visit_children(int level, const octree::Cell& at, const Around& around, bool all,
+    void visit_children(int level, const octree::Cell& at, const octree::Around& around, bool all,
                         std::vector<LevelCell>& found) const {
-        const std::uint64_t group = around[itself];
+        const std::uint64_t group = around[octree::itself];
         const double* const points = field_.values[level - 1].data() + octree::group_points * group;
         if (level == 1) return keep_crossed(at, points, found);
         const unsigned mask = octree_.levels[level - 1].mask[group];
         for (int c = 0; c < 8; ++c) {
             const bool subdivided = mask >> c & 1;
             if (subdivided && !all) continue;
-            const Around around_c = around_child(level, around, c);
+            const octree::Around around_c = octree::around_child(octree_.levels[level - 1], around, c);
             if (subdivided)
                 visit_children(level - 1, child_of(at, c), around_c, true, found);
             else
@@ -131,8 +73,8 @@ private:
     }
 
     /// Child `child` of 27 points: a cell that is not subdivided, or a lattice cell in one.
-    void visit_leaf(int level, const octree::Cell& at, const Around& around, const double* points, int child,
-                    std::vector<LevelCell>& found) const {
+    void visit_leaf(int level, const octree::Cell& at, const octree::Around& around, const double* points,
+                    int child, std::vector<LevelCell>& found) const {
         double corner[8];
         for (int c = 0; c < 8; ++c) corner[c] = points[octree::group_point(child, c)];
         // Finer hats reach into a cell only from subdivided cells around it; without them f is trilinear.
@@ -144,17 +86,19 @@ private:
         if (reached) insert_grid_values(level, around, halved);
         if (level == 1) return keep_crossed(at, halved, found);
         for (int c = 0; c < 8; ++c) {
-            const Around around_c = reached ? around_child(level, around, c) : around;
+            const octree::Around around_c =
+                reached ? octree::around_child(octree_.levels[level - 1], around, c) : around;
             visit_leaf(level - 1, child_of(at, c), around_c, halved, c, found);
         }
     }
 
-    void insert_grid_values(int level, const Around& around, double* halved) const {
-        for (std::size_t n = 0; n < neighbours; ++n) {
+    void insert_grid_values(int level, const octree::Around& around, double* halved) const {
+        for (std::size_t n = 0; n < octree::neighbours; ++n) {
             if (around[n] == octree::no_group) continue;
             const double* const points = field_.values[level - 1].data() + octree::group_points * around[n];
-            for (int i = 0; i < shared_points.count[n]; ++i)
-                halved[shared_points.ours[n][i]] = points[shared_points.theirs[n][i]];
+            const octree::SharedPoints& shared = octree::shared_points[n];
+            for (std::size_t i = 0; i < std::size_t(shared.count); ++i)
+                halved[shared.ours[i]] = points[shared.theirs[i]];
         }
     }
 
