@@ -16,7 +16,8 @@ namespace its {
 /// .npy: an array of n × 3 numbers, integers or floating point of up to 8 bytes, either byte order, C or
 /// Fortran order.
 ///
-/// .csv: a line each, separated by comma, semicolon or tab. An optional first line of names, where x, y and z
+/// .csv: a line each, separated by comma, semicolon or tab (with the last two, decimal signs may be commas). An
+/// optional first line of names, where x, y and z
 /// say which columns are the coordinates (else the first three).
 ///
 /// .xyz: a line each, separated by blanks; the first three numbers.

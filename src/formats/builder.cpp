@@ -62,15 +62,17 @@ bool MeshBuilder::usable(std::span<const std::uint32_t> face) {
         ++too_short_;
         return false;
     }
+    bool known = true;
     for (const std::uint32_t v : face) {
-        if (v >= vertices_.size()) {
-            ++out_of_range_;
-            return false;
-        }
+        if (v < vertices_.size()) continue;
+        known = false;
+        if (v == nonfinite_vertex) continue;
+        ++out_of_range_;
+        return false;
     }
-    if (nonfinite_vertices_ == 0) return true;
+    if (known && nonfinite_vertices_ == 0) return true;
     for (const std::uint32_t v : face) {
-        if (!finite(vertices_[v])) {
+        if (v == nonfinite_vertex || !finite(vertices_[v])) {
             ++nonfinite_;
             return false;
         }

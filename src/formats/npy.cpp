@@ -11,6 +11,7 @@
 #include <string>
 
 #include "formats/point_readers.h"
+#include "formats/text.h"
 
 namespace its::formats {
 
@@ -36,7 +37,7 @@ public:
             const std::string_view key = quoted();
             expect(':');
             if (key == "descr")
-                header.type = quoted(), seen |= 1;
+                header.type = type(), seen |= 1;
             else if (key == "fortran_order")
                 header.fortran = truth(), seen |= 2;
             else if (key == "shape")
@@ -76,6 +77,13 @@ private:
         const std::string_view found = text_.substr(0, end);
         text_.remove_prefix(end + 1);
         return found;
+    }
+    /// A simple type; a list of fields, or a pair with a shape, is one of records.
+    std::string_view type() {
+        if (take('[') || take('('))
+            throw InputError(
+                "is a structured array: its elements have fields; save one of numbers, of shape (n, 3)");
+        return quoted();
     }
     bool truth() {
         skip();
@@ -176,9 +184,10 @@ std::vector<Vec3> parse_npy(std::string_view bytes) {
         throw InputError(
             fmt::format("has elements of type '{}'; integers and floating point of up to 8 bytes are "
                         "read",
-                        header.type));
+                        quotable(header.type, 40)));
     if (header.shape.size() != 2 || header.shape[1] != 3)
-        throw InputError(fmt::format("has the shape ({}); points are (n, 3)", fmt::join(header.shape, ", ")));
+        throw InputError(fmt::format("has the shape ({}); points are (n, 3)",
+                                     quotable(fmt::format("{}", fmt::join(header.shape, ", ")))));
     const std::uint64_t count = header.shape[0], row = 3 * type->bytes;
     if (data.size() % row != 0 || data.size() / row != count)
         throw InputError(fmt::format("claims {} points, which take {} bytes each, and has {} bytes of data",

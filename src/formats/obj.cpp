@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <limits>
+#include <string>
 
 #include "formats/readers.h"
 #include "formats/text.h"
@@ -10,6 +13,48 @@ namespace its::formats {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Walks through the statements of a file. A backslash at a line's end joins it with the next, except in
+/// comments and names, which may end with one ("g C:\\parts\\").
+class Statements {
+public:
+    explicit Statements(std::string_view bytes) : text_(bytes) {}
+
+    /// The next line, joined with those that it goes on in; false at the end.
+    bool next(std::string_view& statement) {
+        if (text_.at_end()) return false;
+        statement = text_.line();
+        if (!goes_on(statement) || !has_numbers(statement)) return true;
+        joined_.clear();
+        for (bool more = true; more; joined_ += ' ') {
+            more = goes_on(statement);
+            joined_.append(statement.substr(0, statement.size() - (more ? 1 : 0)));
+            if (text_.at_end()) break;
+            if (more) statement = text_.line();
+        }
+        statement = joined_;
+        return true;
+    }
+
+private:
+    static bool goes_on(std::string_view line) {
+        return line.ends_with('\\') && line.find('#') == std::string_view::npos;
+    }
+    static bool has_numbers(std::string_view line) {
+        Text text(line);
+        text.skip_blanks();
+        std::string_view keyword = text.word();
+        if (keyword.ends_with('\\')) keyword.remove_suffix(1);
+        for (const std::string_view known :
+             {"v",    "vt",   "vn",   "vp",   "f",    "fo", "l",    "p",    "curv", "curv2",
+              "surf", "parm", "trim", "hole", "scrv", "sp", "bmat", "step", "deg",  "con"})
+            if (keyword == known) return true;
+        return false;
+    }
+
+    Text text_;
+    std::string joined_;
+};
 
 /// The numbers up to the end of the line, at most N.
 template <std::size_t N>
@@ -25,21 +70,18 @@ std::size_t read_numbers(Text& text, std::array<double, N>& numbers) {
 }
 
 /// "v x y z [w | r g b [a]]"; what is missing or no number is NaN, so that later indices stay right.
-void read_vertex(Text& text, MeshBuilder& mesh) {
-    Vec3 position{nan, nan, nan};
-    for (int axis = 0; axis < 3; ++axis) {
-        text.skip_blanks();
-        const auto value = text.number();
-        if (!value) break;
-        position[axis] = *value;
-    }
+/// Coordinates with a weight w are homogeneous: the point is (x, y, z) / w. \return whether they were divided
+bool read_vertex(Text& text, MeshBuilder& mesh) {
+    std::array<double, 7> row{nan, nan, nan, 1, 0, 0, MeshBuilder::opaque};
+    const std::size_t count = read_numbers(text, row);
+    const double w = count == 4 ? row[3] : 1;
+    Vec3 position = count >= 3 ? Vec3{row[0], row[1], row[2]} : Vec3{nan, nan, nan};
+    if (w != 1) position = {position.x / w, position.y / w, position.z / w};
     mesh.add_vertex(position);
-    if (!mesh.wants_attributes()) return;
-    std::array<double, 4> rest{0, 0, 0, MeshBuilder::opaque};
-    const std::size_t count = read_numbers(text, rest);
-    if (count < 3) return;
-    mesh.set_text_colour(mesh.vertex_count() - 1,
-                         {float(rest[0]), float(rest[1]), float(rest[2]), float(rest[3])});
+    if (count >= 6 && mesh.wants_attributes())
+        mesh.set_text_colour(mesh.vertex_count() - 1,
+                             {float(row[3]), float(row[4]), float(row[5]), float(row[6])});
+    return w != 1;
 }
 
 /// A number of a texture coordinate or normal, if one is here: from 0, of `count` so far.
@@ -63,11 +105,10 @@ void read_corner_attributes(Text& text, MeshBuilder& mesh) {
 void read_face(Text& text, MeshBuilder& mesh) {
     for (;;) {
         text.skip_blanks();
-        if (text.at_line_end() || text.peek() == '#') break;
+        if (text.at_end() || text.peek() == '#') break;
         const auto index = text.integer();
         const char after = text.peek();
-        if (!index ||
-            !(after == '/' || text.at_end() || Text::is_space(after) || after == '#' || after == '\\')) {
+        if (!index || !(after == '/' || text.at_end() || Text::is_space(after) || after == '#')) {
             mesh.drop_face();
             mesh.add_unreadable_face();
             return;
@@ -76,7 +117,7 @@ void read_face(Text& text, MeshBuilder& mesh) {
         mesh.add_corner(*index > 0 ? *index - 1 : *index < 0 && *index >= -count ? count + *index : -1);
         if (after == '/') {
             if (mesh.wants_attributes()) read_corner_attributes(text, mesh);
-            text.word();
+            while (!text.at_end() && !Text::is_space(text.peek()) && text.peek() != '#') text.advance();
         }
     }
     mesh.end_face();
@@ -88,13 +129,14 @@ MeshFile parse_obj(std::string_view bytes, const ReadOptions& options) {
     MeshBuilder mesh(bytes.size(), options);
     mesh.texture.by_corner = mesh.normals.by_corner = true;
     bool materials = false;
-    Text text(bytes);
-    std::uint64_t free_form = 0;
-    for (; !text.at_end(); text.skip_line()) {
+    std::uint64_t free_form = 0, divided = 0;
+    Statements statements(bytes);
+    for (std::string_view statement; statements.next(statement);) {
+        Text text(statement);
         text.skip_blanks();
         const std::string_view keyword = text.word();
         if (keyword == "v") {
-            read_vertex(text, mesh);
+            divided += read_vertex(text, mesh) ? 1 : 0;
         } else if (keyword == "f" || keyword == "fo") {
             read_face(text, mesh);
         } else if (keyword == "vt" && options.attributes) {
@@ -112,6 +154,8 @@ MeshFile parse_obj(std::string_view bytes, const ReadOptions& options) {
         }
     }
     if (free_form > 0) mesh.warn("free-form surfaces are not read: only polygons");
+    if (divided > 0)
+        mesh.warn(fmt::format("{} vertices have a weight (v x y z w): x, y and z are divided by it", divided));
     if (materials && options.attributes) mesh.warn_not_carried("materials and textures");
     return mesh.finish("obj");
 }

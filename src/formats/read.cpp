@@ -75,12 +75,13 @@ MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options
     const LoadSibling load = [&](const std::string& relative) {
         return read_bytes(path.parent_path() / relative);
     };
+    const std::string name = quotable_end(path.string(), longest_name);
     try {
         return parse_mesh(text_of(file), lower_extension(path), load, options);
     } catch (const InputError& error) {
-        throw InputError(fmt::format("cannot use '{}': {}", path.string(), error.what()));
+        throw InputError(fmt::format("cannot use '{}': {}", name, quotable(error.what(), longest_line)));
     } catch (const std::bad_alloc&) {
-        throw MemoryError(fmt::format("'{}' needs more than the memory to be read", path.string()));
+        throw MemoryError(fmt::format("'{}' needs more than the memory to be read", name));
     }
 }
 

@@ -32,12 +32,13 @@ void check_points_extension(const std::filesystem::path& path) {
 std::vector<Vec3> read_points(const std::filesystem::path& path) {
     const Parse parse = parser_of(path);
     const FileBytes file = read_bytes(path);
+    const std::string name = quotable_end(path.string(), longest_name);
     try {
         return parse(text_of(file));
     } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+        throw InputError(fmt::format("{}: {}", name, quotable(error.what(), longest_line)));
     } catch (const std::bad_alloc&) {
-        throw MemoryError(fmt::format("{}: its points need more memory than is free", path.string()));
+        throw MemoryError(fmt::format("{}: its points need more memory than is free", name));
     }
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "formats/text.h"
 #include "its/mesh.h"
 #include "its/mesh_file.h"
 
@@ -21,6 +22,10 @@ namespace its::formats {
 
 /// The extension with its dot, in lower case.
 std::string lower_extension(const std::filesystem::path& path);
+
+/// The most characters of a warning or error of a reader, whatever the file puts into it; with the file's name,
+/// of which at most longest_name are shown, a line has less than 300.
+constexpr std::size_t longest_line = 180, longest_name = 100;
 
 // All readers: \throws InputError if nothing usable is in there; the message does not name the file.
 
@@ -141,9 +146,10 @@ public:
 
     /// Adds a corner to the face being built: an index from 0; any number out of range makes a bad face.
     void add_corner(std::int64_t vertex) {
-        corners_.push_back(vertex >= 0 && vertex < no_vertex ? std::uint32_t(vertex)
-                                                             : std::uint32_t(no_vertex));
+        corners_.push_back(std::uint32_t(vertex >= 0 && vertex < nonfinite_vertex ? vertex : no_vertex));
     }
+    /// Adds a corner that is no finite point, of readers that number only those.
+    void add_nonfinite_corner() { corners_.push_back(std::uint32_t(nonfinite_vertex)); }
     /// Ends the face being built; does nothing to one without corners unless `count_empty`.
     void end_face(bool count_empty = true);
     /// Discards the corners of the face being built.
@@ -163,13 +169,13 @@ public:
     /// all proportion to the file.
     void charge_instance(std::uint64_t items);
 
-    void warn(std::string line) { warnings_.push_back(std::move(line)); }
+    void warn(std::string_view line) { warnings_.push_back(quotable(line, longest_line)); }
 
     /// Triangulates, leaves bad faces out with warnings. \throws InputError if no triangle is left.
     MeshFile finish(std::string format);
 
 private:
-    static constexpr std::int64_t no_vertex = 0xffffffff;
+    static constexpr std::int64_t no_vertex = 0xffffffff, nonfinite_vertex = 0xfffffffe;
 
     MeshAttributes take_attributes();
     void add_triangle_of(std::size_t begin, const Triangle& local);

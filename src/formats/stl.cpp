@@ -23,35 +23,77 @@ std::uint32_t little_endian_32(const char* bytes) {
            std::uint32_t{b[3]} << 24;
 }
 
-/// Corners by position, numbered in the order of the file; what is not finite gets no number.
+/// Corners by position, numbered in the order of the file.
 class Corners {
 public:
-    explicit Corners(std::size_t expected) : points_(expected) {}
+    Corners(std::size_t expected, MeshBuilder& mesh) : points_(expected), mesh_(mesh) {}
 
-    std::int64_t number(const Vec3& p) {
-        if (!finite(p)) {
-            ++nonfinite_;
-            return -1;
-        }
+    /// Adds a corner to the face being built.
+    void add(const Vec3& p) {
+        if (!finite(p)) return mesh_.add_nonfinite_corner();
         if (points_.size() >= 0xfffffffe)
             throw InputError("more than 4294967294 vertices; cut the mesh into parts");
-        return points_.insert(p);
+        mesh_.add_corner(points_.insert(p));
     }
-    /// Hands the points over, and says what was left out.
-    void finish(MeshBuilder& mesh) {
-        mesh.reserve_vertices(points_.size(), points_.size(), 1);
-        for (const Vec3& p : points_.points()) mesh.add_vertex(p);
-        if (nonfinite_ > 0) mesh.warn(fmt::format("{} corner(s) are not finite points", nonfinite_));
+    /// Hands the points over.
+    void finish() {
+        mesh_.reserve_vertices(points_.size(), points_.size(), 1);
+        for (const Vec3& p : points_.points()) mesh_.add_vertex(p);
     }
 
 private:
     mesh::PointIndex points_;
-    std::uint64_t nonfinite_ = 0;
+    MeshBuilder& mesh_;
 };
+
+/// Goes behind the name of a solid, which may be anything: to the end of the line, or to its first facet where
+/// that is on the same line.
+void skip_name(Text& text) {
+    for (Text ahead = text; !ahead.at_line_end();) {
+        ahead.skip_blanks();
+        const Text facet = ahead;
+        if (!same_word(ahead.word(), "facet")) continue;
+        ahead.skip_blanks();
+        if (!same_word(ahead.word(), "normal")) continue;
+        text = facet;
+        return;
+    }
+    text.skip_line();
+}
+
+Vec3 read_point(Text& text) {
+    Vec3 p{NAN, NAN, NAN};
+    for (int axis = 0; axis < 3; ++axis) {
+        text.skip_space();
+        const auto value = text.number();
+        if (!value) break;
+        p[axis] = *value;
+    }
+    return p;
+}
+
+/// What the words of a text file mean: the beginning or end of something.
+enum class Word : std::uint8_t { other, vertex, end_facet, facet, solid, end_solid };
+
+/// The next word; "end loop" is "endloop".
+Word next_word(Text& text) {
+    const std::string_view word = text.word();
+    if (same_word(word, "vertex")) return Word::vertex;
+    if (same_word(word, "facet")) return Word::facet;
+    if (same_word(word, "solid")) return Word::solid;
+    if (word.size() < 3 || !same_word(word.substr(0, 3), "end")) return Word::other;
+    std::string_view what = word.substr(3);
+    if (what.empty()) {
+        text.skip_space();
+        what = text.word();
+    }
+    if (same_word(what, "loop") || same_word(what, "facet")) return Word::end_facet;
+    return same_word(what, "solid") ? Word::end_solid : Word::other;
+}
 
 MeshFile parse_ascii(std::string_view bytes) {
     MeshBuilder mesh(bytes.size());
-    Corners corners(bytes.size() / 512);
+    Corners corners(bytes.size() / 512, mesh);
     Text text(bytes);
     std::uint64_t open = 0, incomplete = 0;  // corners of the facet being read; facets without an end
     bool ended = false;
@@ -61,43 +103,66 @@ MeshFile parse_ascii(std::string_view bytes) {
         open = 0;
     };
     for (text.skip_space(); !text.at_end(); text.skip_space()) {
-        const std::string_view word = text.word();
-        if (same_word(word, "vertex")) {
-            Vec3 p{NAN, NAN, NAN};
-            for (int axis = 0; axis < 3; ++axis) {
-                text.skip_space();
-                const auto value = text.number();
-                if (!value) break;
-                p[axis] = *value;
-            }
-            mesh.add_corner(corners.number(p));
+        const Word word = next_word(text);
+        if (word == Word::other) continue;
+        if (word == Word::vertex) {
+            corners.add(read_point(text));
             ++open;
-        } else if (same_word(word, "endloop") || same_word(word, "endfacet")) {
-            end_facet(true);
-        } else if (same_word(word, "facet")) {
-            end_facet(false);
-        } else if (same_word(word, "solid") || same_word(word, "endsolid")) {
-            end_facet(false);
-            ended = word.size() == 8;
-            text.line();  // the name may be anything
+            continue;
         }
+        end_facet(word == Word::end_facet);
+        ended = word == Word::end_solid;
+        if (word == Word::solid || word == Word::end_solid) skip_name(text);
     }
     end_facet(false);
-    corners.finish(mesh);
+    corners.finish();
     if (incomplete > 0) mesh.warn(fmt::format("{} facet(s) left out: without an end", incomplete));
     if (!ended) mesh.warn("no 'endsolid' at the end: the file may have been cut");
     return mesh.finish("stl-ascii");
 }
 
-MeshFile parse_binary(std::string_view bytes) {
-    if (bytes.size() < header_bytes) {
-        throw InputError(
-            fmt::format("{} bytes are too few for a binary STL file, whose header alone has 84", bytes.size()));
+/// How many bytes of attributes follow a facet, as it says.
+std::size_t attribute_bytes(const char* facet) {
+    return std::size_t{static_cast<unsigned char>(facet[48])} |
+           std::size_t{static_cast<unsigned char>(facet[49])} << 8;
+}
+
+/// The facets of a binary file: how many, and whether attributes follow each.
+struct Facets {
+    std::uint64_t count = 0;
+    bool attributes = false;
+};
+
+/// Whether `claimed` facets, each followed by as many bytes as it says, are the whole file. Most files have no
+/// such bytes, and many a colour where their number should be.
+bool attributes_follow(std::string_view bytes, std::uint64_t claimed) {
+    std::size_t at = header_bytes;
+    for (std::uint64_t i = 0; i < claimed; ++i) {
+        if (bytes.size() - at < facet_bytes) return false;
+        const std::size_t more = attribute_bytes(bytes.data() + at);
+        if (bytes.size() - at - facet_bytes < more) return false;
+        at += facet_bytes + more;
     }
+    return at == bytes.size();
+}
+
+/// \throws InputError where the file cannot be what its header says
+Facets find_facets(std::string_view bytes, MeshBuilder& mesh) {
     const std::uint64_t claimed = little_endian_32(bytes.data() + 80);
     const std::uint64_t room = (bytes.size() - header_bytes) / facet_bytes;
-    MeshBuilder mesh(bytes.size());
-    std::uint64_t count = claimed;
+    const std::uint64_t rest = (bytes.size() - header_bytes) % facet_bytes;
+    if (claimed == room && rest == 0) return {claimed};
+    // Programs that do not know the number beforehand write 0 or −1.
+    if ((claimed == 0 || claimed == 0xffffffff) && room > 0 && rest == 0) {
+        mesh.warn(fmt::format("the header does not say how many triangles there are, the file has {}: all read",
+                              room));
+        return {room};
+    }
+    if (claimed > 0 && attributes_follow(bytes, claimed)) {
+        mesh.warn(fmt::format("{} bytes of attributes not read",
+                              bytes.size() - header_bytes - claimed * facet_bytes));
+        return {claimed, true};
+    }
     // A file cut to less than a thousandth cannot be told from random bytes.
     if (claimed / 1024 > room) {
         throw InputError(fmt::format(
@@ -106,27 +171,35 @@ MeshFile parse_binary(std::string_view bytes) {
     if (claimed > room) {
         mesh.warn(fmt::format("the header says {} triangles, the file has room for {}: it has been cut",
                               claimed, room));
-        count = room;
-    } else if (claimed == 0 && room > 0 && bytes.size() == header_bytes + room * facet_bytes) {
-        mesh.warn(fmt::format("the header says no triangles, the file has {}: all read", room));
-        count = room;
-    } else if (const std::uint64_t extra = bytes.size() - header_bytes - claimed * facet_bytes; extra > 0) {
-        mesh.warn(fmt::format("{} bytes after the last triangle not read", extra));
+        return {room};
     }
-    Corners corners(std::size_t(count) / 2 + 2);
+    mesh.warn(fmt::format("{} bytes after the last triangle not read",
+                          bytes.size() - header_bytes - claimed * facet_bytes));
+    return {claimed};
+}
+
+MeshFile parse_binary(std::string_view bytes) {
+    if (bytes.size() < header_bytes) {
+        throw InputError(
+            fmt::format("{} bytes are too few for a binary STL file, whose header alone has 84", bytes.size()));
+    }
+    MeshBuilder mesh(bytes.size());
+    const auto [count, attributes] = find_facets(bytes, mesh);
+    Corners corners(std::size_t(count) / 2 + 2, mesh);
     mesh.reserve_triangles(count, std::size_t(count), 1);
     const char* at = bytes.data() + header_bytes;
-    for (std::uint64_t i = 0; i < count; ++i, at += facet_bytes) {
+    for (std::uint64_t i = 0; i < count; ++i) {
         for (int corner = 0; corner < 3; ++corner) {
             Vec3 p;
             for (int axis = 0; axis < 3; ++axis) {  // the normal, 12 bytes, comes first
                 p[axis] = double{std::bit_cast<float>(little_endian_32(at + 12 + 12 * corner + 4 * axis))};
             }
-            mesh.add_corner(corners.number(p));
+            corners.add(p);
         }
         mesh.end_face();
+        at += facet_bytes + (attributes ? attribute_bytes(at) : 0);
     }
-    corners.finish(mesh);
+    corners.finish();
     return mesh.finish("stl-binary");
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -24,17 +25,9 @@ public:
     std::string_view rest() const { return {at_, bytes_left()}; }
     void advance() { ++at_; }
 
-    /// Skips blanks within the line; a backslash before the line's end joins it with the next.
+    /// Skips blanks within the line.
     void skip_blanks() {
-        while (at_ != end_) {
-            if (*at_ == ' ' || *at_ == '\t' || *at_ == '\v' || *at_ == '\f') {
-                ++at_;
-            } else if (*at_ == '\\' && joins()) {
-                at_ += 2 + (at_[1] == '\r' && end_ - at_ > 2 && at_[2] == '\n');
-            } else {
-                return;
-            }
-        }
+        while (at_ != end_ && (*at_ == ' ' || *at_ == '\t' || *at_ == '\v' || *at_ == '\f')) ++at_;
     }
     /// Skips blanks and line ends.
     void skip_space() {
@@ -44,14 +37,8 @@ public:
     void skip_space_and_comments() {
         for (skip_space(); at_ != end_ && *at_ == '#'; skip_space()) skip_line();
     }
-    /// Goes to the beginning of the next line, over joined ones.
-    void skip_line() {
-        while (at_ != end_ && *at_ != '\n') {
-            at_ += *at_ == '\\' && joins() ? 2 + (at_[1] == '\r' && end_ - at_ > 2 && at_[2] == '\n') : 1;
-            if (at_[-1] == '\r') return;
-        }
-        if (at_ != end_) ++at_;
-    }
+    /// Goes to the beginning of the next line.
+    void skip_line() { line(); }
     /// The characters up to the next blank or line end.
     std::string_view word() {
         const char* const first = at_;
@@ -99,8 +86,6 @@ public:
     static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 private:
-    bool joins() const { return end_ - at_ > 1 && (at_[1] == '\n' || at_[1] == '\r'); }
-
     /// 0 or infinity for a number beyond the range of double: its first digit's place decides.
     static double out_of_range(std::string_view digits) {
         const double sign = digits.starts_with('-') ? -1.0 : 1.0;
@@ -133,6 +118,12 @@ private:
     const char* at_;
     const char* end_;
 };
+
+/// Text of a file as it may stand in a message: one line, without control characters, and no longer than
+/// `most`.
+std::string quotable(std::string_view text, std::size_t most = 80);
+/// Likewise, with the end kept: that of a path says more than its beginning.
+std::string quotable_end(std::string_view text, std::size_t most);
 
 /// Whether two words are the same but for the case of ASCII letters; `lower` is in lower case.
 inline bool same_word(std::string_view word, std::string_view lower) {
