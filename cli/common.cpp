@@ -1,18 +1,17 @@
 #include "common.h"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <csignal>
 #include <span>
 #include <system_error>
 
 #include "its/mesh_file.h"
+#include "platform.h"
 #include "report.h"
 
 namespace its::cli {
@@ -93,7 +92,7 @@ void check_output(const fs::path& output, const fs::path& input) {
             fmt::format("{}: there is no folder {}; create it first", output.string(), folder.string()));
     if (fs::is_directory(output, ignored))
         throw FileError(fmt::format("{}: this is a folder; give the name of a file", output.string()));
-    if (access(folder.c_str(), W_OK) != 0)
+    if (!platform::may_write_into(folder))
         throw FileError(fmt::format("{}: no permission to write into {}; choose another folder",
                                     output.string(), folder.string()));
     if (fs::equivalent(output, input, ignored))
@@ -109,10 +108,7 @@ static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may use l
 }  // namespace
 
 void catch_interruptions() {
-    struct sigaction action = {};
-    action.sa_handler = [](int signal) { received_signal = signal; };
-    action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
-    for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+    platform::handle_first_interruption([](int signal) { received_signal = signal; });
 }
 
 int interruption() {
@@ -123,7 +119,7 @@ void stop_if_interrupted() {
     if (received_signal != 0) throw Cancelled("stopped");
 }
 
-ProgressBar::ProgressBar(bool quiet) : enabled_(!quiet && isatty(STDERR_FILENO) != 0) {}
+ProgressBar::ProgressBar(bool quiet) : enabled_(!quiet && platform::errors_go_to_a_terminal()) {}
 
 Progress ProgressBar::callback() {
     return [this](std::string_view stage, double fraction) {

@@ -12,6 +12,9 @@ target_compile_options(its_compile INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-unknown-pragmas
   -ffp-contract=off -fno-trapping-math -fno-math-errno
   $<$<CONFIG:Release>:-O3>)
+if(ITS_PLAIN)
+  target_compile_definitions(its_compile INTERFACE ITS_PLAIN)
+endif()
 if(ITS_WERROR)
   target_compile_options(its_compile INTERFACE -Werror)
 endif()

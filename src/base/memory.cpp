@@ -1,45 +1,29 @@
 #include "base/memory.h"
 
 #include <fmt/format.h>
-#include <algorithm>
-#include <fstream>
 #include <limits>
+
+#include "base/platform/memory.h"
+#include "its/base.h"
 
 namespace its {
 
-namespace {
-
-constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
-
-std::uint64_t number_in(const char* path) {
-    std::ifstream file(path);
-    std::uint64_t value = 0;
-    return file >> value ? value : unknown;  // "max" is no number: no limit
+std::optional<std::uint64_t> available_memory() {
+    return platform::available_memory();
 }
 
-std::uint64_t system_available() {
-    std::ifstream file("/proc/meminfo");
-    std::string key, unit;
-    std::uint64_t kilobytes = 0;
-    while (file >> key >> kilobytes) {
-        if (key == "MemAvailable:") return kilobytes * 1024;
-        std::getline(file, unit);
-    }
-    return unknown;
+std::uint64_t memory_limit(std::uint64_t allowed) {
+    if (allowed > 0) return allowed;
+    const std::optional<std::uint64_t> available = available_memory();
+    return available ? *available / 4 * 3 : std::numeric_limits<std::uint64_t>::max();
 }
 
-std::uint64_t group_available() {
-    const std::uint64_t limit = number_in("/sys/fs/cgroup/memory.max");
-    const std::uint64_t used = number_in("/sys/fs/cgroup/memory.current");
-    if (limit == unknown || used == unknown) return unknown;
-    return limit > used ? limit - used : 0;
-}
-
-}  // namespace
-
-std::uint64_t available_memory() {
-    const std::uint64_t available = std::min(system_available(), group_available());
-    return available == unknown ? 0 : available;
+void require_memory(std::uint64_t bytes, std::uint64_t allowed, const std::string& what,
+                    const std::string& advice) {
+    const std::uint64_t limit = memory_limit(allowed);
+    if (bytes > limit)
+        throw MemoryError(fmt::format("{} needs about {} of memory, more than the {} allowed; {}", what,
+                                      bytes_text(bytes), bytes_text(limit), advice));
 }
 
 std::string bytes_text(std::uint64_t bytes) {

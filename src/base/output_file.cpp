@@ -1,15 +1,12 @@
 #include "base/output_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <cstdint>
-#include <cstring>
+#include <system_error>
+
+#include "base/file_error.h"
 
 namespace its {
 namespace {
@@ -26,10 +23,6 @@ fs::path resolve(const fs::path& path) {
 
 }  // namespace
 
-void OutputFile::fail(const char* what) const {
-    throw FileError(fmt::format("{}: {}: {}", path_.string(), what, std::strerror(errno)));
-}
-
 OutputFile::OutputFile(const fs::path& path) : path_(resolve(path)) {
     std::error_code error;
     const fs::file_status status = fs::status(path_, error);
@@ -38,49 +31,45 @@ OutputFile::OutputFile(const fs::path& path) : path_(resolve(path)) {
                                     fs::is_directory(status) ? "is a folder" : "is not a regular file"));
     }
     if (path_.filename().empty()) throw FileError("the name of the file to write is empty");
+    naming_file(path_, "cannot create a file in that folder", [&] { create_temporary(); });
+    if (fs::exists(status)) fs::permissions(temporary_, status.permissions() & fs::perms(0777), error);
+}
+
+void OutputFile::create_temporary() {
     static std::atomic<std::uint64_t> counter = 0;
-    // O_EXCL makes the name ours; the process id and the counter only make a second attempt rare.
+    // Nobody else can make a file that exists; the numbers only make a second attempt rare.
     constexpr int attempts = 100;
-    for (int i = 0; i < attempts && descriptor_ < 0; ++i) {
-        temporary_ = path_.parent_path() / fmt::format(".{}-{}.tmp", ::getpid(), counter++);
-        descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (descriptor_ < 0 && errno != EEXIST) break;
+    for (int i = 1;; ++i) {
+        const fs::path name =
+            path_.parent_path() / fmt::format(".{}-{}.tmp", platform::process_number(), counter++);
+        try {
+            handle_.emplace(name);
+            temporary_ = name;
+            return;
+        } catch (const std::system_error& error) {
+            if (error.code() != std::errc::file_exists || i == attempts) throw;
+        }
     }
-    if (descriptor_ < 0) fail("cannot create a file in that folder");
-    struct stat old {};
-    if (::stat(path_.c_str(), &old) == 0) (void)!::fchmod(descriptor_, old.st_mode & 0777);
 }
 
 OutputFile::~OutputFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+    handle_.reset();
+    std::error_code ignored;
+    if (!temporary_.empty()) fs::remove(temporary_, ignored);
 }
 
 void OutputFile::write(std::span<const std::byte> bytes) {
-    // Linux writes at most 2³¹ − 4096 bytes a call; whatever a call leaves is written by the next.
-    constexpr std::size_t largest_call = std::size_t{1} << 30;
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(descriptor_, bytes.data(), std::min(bytes.size(), largest_call));
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) fail("cannot write");
-        bytes = bytes.subspan(std::size_t(written));
-    }
+    naming_file(path_, "cannot write", [&] { handle_->write(bytes); });
 }
 
 void OutputFile::commit() {
-    if (::fsync(descriptor_) != 0) fail("cannot write");
-    const int descriptor = descriptor_;
-    descriptor_ = -1;
-    if (::close(descriptor) != 0) fail("cannot write");
-    if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot replace");
+    naming_file(path_, "cannot write", [&] { handle_->flush(); });
+    naming_file(path_, "cannot replace", [&] { handle_->move(temporary_, path_); });
+    handle_.reset();
     temporary_.clear();
     // The name itself reaches the disk with the folder; file systems that cannot do that are still complete.
     const fs::path parent = path_.parent_path();
-    const int folder = ::open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (folder >= 0) {
-        (void)!::fsync(folder);
-        ::close(folder);
-    }
+    platform::flush_folder(parent.empty() ? "." : parent);
 }
 
 }  // namespace its

@@ -2,9 +2,10 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
-#include <string>
 
+#include "base/platform/file.h"
 #include "its/base.h"
 
 /// Files that appear complete or not at all.
@@ -29,10 +30,10 @@ public:
     void commit();
 
 private:
-    [[noreturn]] void fail(const char* what) const;  ///< with the message of errno
+    void create_temporary();
 
     std::filesystem::path path_, temporary_;
-    int descriptor_ = -1;
+    std::optional<platform::OutputHandle> handle_;
 };
 
 }  // namespace its

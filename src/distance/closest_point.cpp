@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/platform/compiler.h"
 #include "base/rounding.h"
-#include "base/simd.h"
 #include "geometry/vec3.h"
 
 namespace its::distance {

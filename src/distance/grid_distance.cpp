@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "base/parallel.h"
+#include "base/platform/compiler.h"
 #include "base/rounding.h"
-#include "base/simd.h"
 #include "distance/triangle_tree.h"
 #include "geometry/vec3.h"
 #include "octree/neighbours.h"

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 #include "its/base.h"
 
 /// Distances to eight triangles at a time.

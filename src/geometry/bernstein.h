@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 

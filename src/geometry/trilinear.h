@@ -1,6 +1,6 @@
 #pragma once
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 #include "its/base.h"
 
 /// Trilinear functions on the unit cell; corner values v in the order x + 2y + 4z.

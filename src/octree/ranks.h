@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 
 /// Counts of set bits in an array of 8-bit masks.
 namespace its::octree {

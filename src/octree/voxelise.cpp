@@ -6,21 +6,20 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "base/platform/lanes.h"
 #include "base/rounding.h"
-#include "base/simd.h"
 #include "geometry/vec3.h"
 #include "octree/morton.h"
-
-// How vectors wider than the machine's are passed to functions does not matter here: all such are inlined.
-#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace its::octree {
 
 namespace {
 
-constexpr int lanes = 8;
-
-using Lanes = double __attribute__((vector_size(lanes * sizeof(double))));
+using platform::absolute;
+using platform::Lanes;
+using platform::lanes;
+using platform::larger;
+using platform::smaller;
 
 /// Eight (cell, triangle) pairs: the triangles' corners relative to the cells' centres.
 struct Batch {
@@ -43,16 +42,6 @@ struct Cube {
     double dilated;  ///< half and the dilation
     double size;     ///< bound on all coordinates
 };
-
-ITS_INLINE Lanes larger(const Lanes& a, const Lanes& b) {
-    return a < b ? b : a;
-}
-ITS_INLINE Lanes smaller(const Lanes& a, const Lanes& b) {
-    return b < a ? b : a;
-}
-ITS_INLINE Lanes absolute(const Lanes& a) {
-    return a < 0.0 ? -a : a;
-}
 
 /// How far the interval [low, high] is from the one around `centre`: positive if they are apart.
 ITS_INLINE Lanes gap(const Lanes& low, const Lanes& high, const Lanes& centre, const Lanes& radius) {

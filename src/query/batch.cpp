@@ -62,8 +62,8 @@ ITS_CLONES void map_points(const QueryIndex& index, const Vec3* points, int coun
 }
 
 /// Looks the entries up; the codes are right for points of leaves, and for those outside.
-ITS_CLONES void look_up(const std::uint32_t* __restrict top, int count, Block& __restrict block,
-                        std::int8_t* __restrict out) {
+ITS_CLONES void look_up(const std::uint32_t* ITS_RESTRICT top, int count, Block& ITS_RESTRICT block,
+                        std::int8_t* ITS_RESTRICT out) {
     for (int i = 0; i < count; ++i) {
         const std::uint32_t entry = top[block.place[i]];
         block.entry[i] = entry;
@@ -162,8 +162,8 @@ ITS_CLONES void map_values(const QueryIndex& index, const Vec3* points, int coun
 }
 
 /// f on the grid's cells; not yet right where finer levels reach.
-ITS_CLONES void grid_values(const double* __restrict values, double width, int side, int count,
-                            const ValueBlock& block, double* __restrict out) {
+ITS_CLONES void grid_values(const double* ITS_RESTRICT values, double width, int side, int count,
+                            const ValueBlock& block, double* ITS_RESTRICT out) {
     const int row = side + 1, slice = row * row;
     for (int i = 0; i < count; ++i) {
         const double* const v = values + block.corner[i];

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 #include "its/shell.h"
 #include "octree/morton.h"
 #include "octree/octree.h"

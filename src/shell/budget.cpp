@@ -29,12 +29,6 @@ constexpr double triangles_per_cell = 4;  // what automatic_depth aims at
 // meets two layers of cells at every level, or one.
 constexpr double least_share = 0.5;
 
-std::uint64_t limit_of(std::uint64_t options_limit) {
-    if (options_limit > 0) return options_limit;
-    const std::uint64_t available = available_memory();
-    return available > 0 ? available / 4 * 3 : ~std::uint64_t{0};
-}
-
 }  // namespace
 
 std::uint64_t build_bytes(const BuildSize& size) {
@@ -86,7 +80,7 @@ BuildSize estimate_size(const Mesh& mesh, int depth) {
 }
 
 MemoryBudget::MemoryBudget(const Mesh& mesh, int depth, std::uint64_t options_limit)
-    : mesh_(measure(mesh)), depth_(depth), limit_(limit_of(options_limit)) {}
+    : mesh_(measure(mesh)), depth_(depth), limit_(memory_limit(options_limit)) {}
 
 void MemoryBudget::check(const BuildSize& size) const {
     const std::uint64_t bytes = build_bytes(size);
@@ -113,7 +107,7 @@ void MemoryBudget::check_level(int level, std::uint64_t cells, std::uint64_t pai
 }
 
 int automatic_depth(const Mesh& mesh, std::uint64_t options_limit) {
-    const std::uint64_t limit = limit_of(options_limit);
+    const std::uint64_t limit = memory_limit(options_limit);
     // Triangles per cell fall by 2 to 4 a level: take the last depth that still holds that many.
     const MeshMeasure measured = measure(mesh);
     int depth = 0;

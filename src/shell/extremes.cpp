@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/platform/compiler.h"
 #include "base/rounding.h"
-#include "base/simd.h"
 #include "geometry/bernstein.h"
 #include "geometry/clip.h"
 #include "shell/candidates.h"

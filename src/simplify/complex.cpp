@@ -5,6 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/platform/compiler.h"
 #include "geometry/vec3.h"
 #include "mesh/merged.h"
 #include "mesh/point_index.h"
@@ -74,7 +75,7 @@ bool has_fork(const std::vector<std::array<std::uint32_t, 2>>& links) {
 
 }  // namespace
 
-__attribute__((noinline)) double rounded_to_single(double x) {
+ITS_NOINLINE double rounded_to_single(double x) {
     return double(float(x));
 }
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "base/platform/compiler.h"
 #include "base/rounding.h"
-#include "base/simd.h"
 #include "geometry/vec3.h"
 
 /// A triangle in coordinates of its own plane, and distances to it.

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 
 /// What expansions of the winding number of patches have in common.
 namespace its::winding {

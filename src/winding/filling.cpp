@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 #include "mesh/merged.h"
@@ -263,7 +263,7 @@ struct Filling::Sums {
     double count = 0;
 
     ITS_CLONES void finish(Estimates& out) const {
-#pragma GCC ivdep
+        ITS_INDEPENDENT
         for (int i = 0; i < block; ++i) {
             out.value[i] = value[i] + angles.quick_sum(i) * (0.5 / std::numbers::pi);
             out.error[i] = error[i] + 32 * unit_roundoff * std::abs(value[i]) +
@@ -279,7 +279,7 @@ ITS_CLONES bool Filling::add_patch(const Node& node, Sums& sums) const {
     const double radius = node.radius, area = node.area, reach = reach_, least = (1 + least_gap) * radius;
     const double cubes = radius * node.square;
     double rx[block], ry[block], rz[block], inverse[block], error[block];
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < block; ++i) {
         const double x = c.x - sums.points.x[i], y = c.y - sums.points.y[i], z = c.z - sums.points.z[i];
         const double length = std::sqrt(x * x + y * y + z * z), away = length > least ? length : 2 * least + 1;
@@ -297,7 +297,7 @@ ITS_CLONES bool Filling::add_patch(const Node& node, Sums& sums) const {
     const auto f = node.second;
     const double trace = first[0].x + first[1].y + first[2].z;
     const Vec3 laplacian = half_laplacian(f);
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < block; ++i) {
         const double x = rx[i], y = ry[i], z = rz[i], i2 = inverse[i] * inverse[i];
         const double form = x * (first[0].x * x + 2 * (first[0].y * y + first[0].z * z)) +
@@ -317,7 +317,7 @@ ITS_CLONES bool Filling::add_patch(const Node& node, Sums& sums) const {
 ITS_CLONES void Filling::add_triangle(const Node& node, Sums& sums) const {
     const Vec3 a = surface_.vertices[node.ends[0]], b = surface_.vertices[node.middle],
                c = surface_.vertices[node.ends[1]];
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < block; ++i) {
         const double x = sums.points.x[i], y = sums.points.y[i], z = sums.points.z[i];
         const double ax = a.x - x, ay = a.y - y, az = a.z - z, bx = b.x - x, by = b.y - y, bz = b.z - z,

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "base/simd.h"
+#include "base/platform/compiler.h"
 #include "geometry/vec3.h"
 #include "winding/expansion.h"
 
@@ -201,7 +201,7 @@ ITS_CLONES void Octants::see(const Vec3& v, Sights& out) const {
 }
 
 ITS_CLONES void Octants::distances(const Vec3& centre, Row& out) const {
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const double x = centre.x - cubes_.x[i], y = centre.y - cubes_.y[i], z = centre.z - cubes_.z[i];
         out[i] = std::sqrt(x * x + y * y + z * z);
@@ -215,7 +215,7 @@ ITS_CLONES void Octants::distances(const Vec3& centre, Row& out) const {
 ITS_CLONES void Octants::measure(const Vec3& d, const Sights& a, const Sights& b, Chord& chord) const {
     const double squared = dot(d, d), inverse = squared > 0 ? 1 / squared : 0.0;
     const double length = std::sqrt(squared) * outward, radius = radius_;
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const double along = -(a.x[i] * d.x + a.y[i] * d.y + a.z[i] * d.z) * inverse;
         const double t = along > 0 ? (along < 1 ? along : 1.0) : 0.0;
@@ -251,7 +251,7 @@ ITS_CLONES void Octants::meet(const Near& t, Row& out) const {
     const double slack = 64 * unit_roundoff * norm(pq) * norm(rp);
     const double reach = ball + std::max(norm(pq), norm(rp)) * outward;  // else it is far away, even if n is 0
     const double su = slack * norm(pq), sv = slack * norm(qr), sw = slack * norm(rp);
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const double height = a.x[i] * n.x + a.y[i] * n.y + a.z[i] * n.z;
         const double pu = a.x[i] * u.x + a.y[i] * u.y + a.z[i] * u.z,
@@ -271,7 +271,7 @@ ITS_CLONES void Octants::classify(const Near& t, const Row& meets, const Row& me
     const Row& base = chords_[t.chord[t.chord[0] == none ? 1 : 0]].remainder;  // a loop's triangle: no matter
     const Row &left = chords_[t.chord[1]].remainder, &right = chords_[t.chord[2]].remainder;
     const double tolerance = tolerance_;
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const double error = base[i] + left[i] + right[i];
         const double away = meets[i] != 0 ? 0.0 : member[i];
@@ -282,7 +282,7 @@ ITS_CLONES void Octants::classify(const Near& t, const Row& meets, const Row& me
 ITS_CLONES void Octants::add_angles(const Near& t, const Row& far, const Row& near) {
     const Sights &a = sights_[t.corner[0]], &b = sights_[t.corner[1]], &c = sights_[t.corner[2]];
     ++count_;
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const SolidAngle s =
             half_solid_angle({a.x[i], a.y[i], a.z[i], a.length[i]}, {b.x[i], b.y[i], b.z[i], b.length[i]},
@@ -295,7 +295,7 @@ ITS_CLONES void Octants::add_angles(const Near& t, const Row& far, const Row& ne
 }
 
 ITS_CLONES void Octants::weigh(Chord& chord, double sign, const Row& far, const Row& near) {
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         chord.far[i] += sign * far[i];
         chord.near[i] += sign * near[i];
@@ -309,7 +309,7 @@ ITS_CLONES void Octants::weigh(Chord& chord, double sign, const Row& far, const 
 /// R/m for q < 2¹².
 ITS_CLONES void Octants::expand(const Chord& chord) {
     const Sights &a = sights_[chord.a], &b = sights_[chord.b];
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const double ax = a.x[i], ay = a.y[i], az = a.z[i], bx = b.x[i], by = b.y[i], bz = b.z[i];
         const double la = a.length[i], lb = b.length[i], product = la * lb, sizes = la + lb;
@@ -353,7 +353,7 @@ ITS_CLONES void Octants::far_errors(const Filling::Node& node, const Row& length
     const double cubes =
         (node.radius + 3 * ball) * node.square + ball * ball * (3 * node.linear + ball * node.area);
     const double most = ball + node.radius, least = ball + (1 + least_gap) * node.radius;
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const PatchError e = patch_error(length[i] > least ? length[i] : 2 * least + 1, most, area, reach);
         scale[i] = e.scale;
@@ -367,7 +367,7 @@ ITS_CLONES void Octants::add_errors(const Filling::Node& node, const Row& scale,
                  c2 = 3 * r * r * node.linear, c3 = r * r * r * node.area, cubes = c0 + c1 + c2 + c3;
     Row member;
     spread(mask, member);
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const double s = member[i] != 0 ? scale[i] : 0.0;
         own_.constant[i] += member[i] != 0 ? error[i] - scale[i] * cubes * inward : 0.0;  // rounding
@@ -388,7 +388,7 @@ ITS_CLONES void Octants::add_far(const Filling::Node& node, const Row& length, M
     spread(mask, counts);
     const double trace = first[0].x + first[1].y + first[2].z;
     const Vec3 laplacian{3 * f[0] + f[5] + f[7], 3 * f[1] + f[3] + f[8], 3 * f[2] + f[4] + f[6]};  // half of it
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {
         const double rx = c.x - cubes_.x[i], ry = c.y - cubes_.y[i], rz = c.z - cubes_.z[i];
         const double inverse = counts[i] / (counts[i] != 0 ? length[i] : 1.0), inverse2 = inverse * inverse;
@@ -484,7 +484,7 @@ ITS_CLONES void Octants::see(const Vec3& v, const Points& points, Seen& out) {
 
 ITS_CLONES void Octants::add(const Seen& a, const Seen& b, const Seen& c, AngleSums<block>& sums,
                              double* doubtful) {
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < block; ++i)
         doubtful[i] +=
             add_half_solid_angle(sums, i, {a.x[i], a.y[i], a.z[i], a.length[i]},
@@ -506,12 +506,12 @@ ITS_CLONES void Octants::far_values(int lane, const Points& points, double* valu
 }
 
 ITS_CLONES void Octants::add_sums(const AngleSums<block>& sums, double* value) {
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < block; ++i) value[i] += sums.quick_sum(i) * (0.5 / std::numbers::pi);
 }
 
 ITS_CLONES void Octants::add_error(const Error& e, const Points& points, double* error) {
-#pragma GCC ivdep
+    ITS_INDEPENDENT
     for (int i = 0; i < block; ++i) {
         const double x = points.x[i] - e.centre.x, y = points.y[i] - e.centre.y, z = points.z[i] - e.centre.z;
         error[i] += polynomial(e.coefficient, std::sqrt(x * x + y * y + z * z) * e.inverse) * outward;

@@ -4,8 +4,8 @@
 #include <limits>
 #include <numbers>
 
+#include "base/platform/compiler.h"
 #include "base/rounding.h"
-#include "base/simd.h"
 #include "geometry/vec3.h"
 
 /// Solid angles of triangles, and sums of many angles.

@@ -247,4 +247,27 @@ Violations check_silence(const fs::path& root) {
     return violations;
 }
 
+Violations check_platform(const fs::path& root) {
+    // Of compilers and machines; headers of POSIX, Linux and Windows; and the kernel's files.
+    constexpr std::array<std::string_view, 29> forbidden = {
+        "__attribute__", "__declspec",   "__builtin_",  "__restrict", "__asm",       "__has_include",
+        "__GNUC__",      "__clang__",    "_MSC_VER",    "_WIN32",     "__linux__",   "__APPLE__",
+        "__x86_64__",    "__aarch64__",  "__SSE",       "__AVX",      "#pragma GCC", "#pragma clang",
+        "_Pragma",       "<unistd.h>",   "<fcntl.h>",   "<sys/",      "<pthread.h>", "<dlfcn.h>",
+        "intrin.h>",     "<arm_neon.h>", "<windows.h>", "\"/proc/",   "\"/sys/"};
+    Violations violations;
+    for (const char* folder : {"include", "src", "cli"})
+        for (const fs::path& file : sources_below(root / folder)) {
+            const std::string name = fs::relative(file, root).generic_string();
+            if (name.starts_with("src/base/platform/") || name == "cli/platform.cpp") continue;
+            for (const Line& line : read_lines(file)) {
+                for (const std::string_view word : forbidden)
+                    if (line.text.find(word) != std::string::npos)
+                        violations.push_back(place(root, file, line.number) +
+                                             fmt::format("names {}; base/platform is the place for it", word));
+            }
+        }
+    return violations;
+}
+
 }  // namespace its::structure

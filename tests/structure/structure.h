@@ -26,4 +26,8 @@ Violations check_version(const std::filesystem::path& root);
 /// Nothing in src/ writes to the terminal or ends the process.
 Violations check_silence(const std::filesystem::path& root);
 
+/// What only POSIX or one compiler knows, and long double, whose width machines differ in, are named in
+/// src/base/platform and cli/platform.cpp alone.
+Violations check_platform(const std::filesystem::path& root);
+
 }  // namespace its::structure

@@ -67,6 +67,10 @@ TEST(Structure, LibraryIsSilent) {
     EXPECT_THAT(check_silence(root), IsEmpty());
 }
 
+TEST(Structure, PlatformsAreNamedInOneRoom) {
+    EXPECT_THAT(check_platform(root), IsEmpty());
+}
+
 TEST(Structure, EachPublicHeaderCompilesAlone) {
     int headers = 0;
     for (const auto& entry : fs::directory_iterator(root / "include" / "its")) {
@@ -116,6 +120,16 @@ TEST(Checker, FindsASecondParallelLayer) {
     const FakeTree tree{{"src/base/parallel.h", "#include <oneapi/tbb/parallel_for.h>\n"},
                         {"src/surface/a.cpp", "#include <oneapi/tbb/parallel_sort.h>\n"}};
     EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("the one parallel layer")));
+}
+
+TEST(Checker, FindsPlatformsOutsideTheirRoom) {
+    const FakeTree tree{{"src/base/platform/a.h", "#include <unistd.h>\n"},
+                        {"src/mesh/a.cpp", "#include <sys/mman.h>\n__attribute__((noinline)) int f();\n"},
+                        {"cli/platform.cpp", "#include <unistd.h>\n"},
+                        {"cli/a.cpp", "\n#include <unistd.h>\n"}};
+    EXPECT_THAT(check_platform(tree.path), ElementsAre(HasSubstr("src/mesh/a.cpp:1: names <sys/"),
+                                                       HasSubstr("src/mesh/a.cpp:2: names __attribute__"),
+                                                       HasSubstr("cli/a.cpp:2: names <uni")));
 }
 
 TEST(Checker, FindsIncludesThatAreNotModuleAndFile) {
