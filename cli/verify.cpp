@@ -26,6 +26,7 @@ void print_verify_json(const VerifyReport& report, const ShellInfo& info, double
     for (const VerifyCheck& check : report.checks)
         json["checks"].push_back({{"name", check.name},
                                   {"passed", check.passed},
+                                  {"complete", check.complete},
                                   {"tested", check.tested},
                                   {"violations", check.violations},
                                   {"worst", check.worst + 0.0},
@@ -43,10 +44,12 @@ void print_verify_json(const VerifyReport& report, const ShellInfo& info, double
 void print_report(const VerifyReport& report, const ShellInfo& info, double seconds) {
     std::size_t width = 5;
     for (const VerifyCheck& check : report.checks) width = std::max(width, check.name.size());
-    fmt::print("{:<6} {:<{}} {:>13} {:>10} {:>12}\n", "", "Check", width, "tested", "violations", "margin");
+    fmt::print("{:<6} {:<{}} {:<6} {:>13} {:>10} {:>12}\n", "", "Check", width, "", "tested", "violations",
+               "margin");
     for (const VerifyCheck& check : report.checks) {
-        fmt::print("{:<6} {:<{}} {:>13} {:>10} {:>12.3g}\n", check.passed ? "pass" : "FAIL", check.name, width,
-                   count_text(check.tested), count_text(check.violations), check.worst + 0.0);
+        fmt::print("{:<6} {:<{}} {:<6} {:>13} {:>10} {:>12.3g}\n", check.passed ? "pass" : "FAIL", check.name,
+                   width, check.complete ? "all" : "sample", count_text(check.tested),
+                   count_text(check.violations), check.worst + 0.0);
         if (!check.detail.empty()) fmt::print("       {}\n", check.detail);
     }
     const auto range = [](double low, double high) { return fmt::format("[{:.9g}, {:.9g}]", low, high); };
@@ -91,6 +94,20 @@ Run add_verify(CLI::App& app) {
                    "Points on the mesh, uniform by area; default 1,000,000")
         ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}))
         ->type_name("N");
+    app.add_option("--grid-samples", options->verify.grid_samples,
+                   "Grid points whose values are compared with distances; default 1,000,000")
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}))
+        ->type_name("N");
+    app.add_flag(
+        "--complete", options->verify.complete,
+        "Compare all grid points, however many: then no change of a statement of the file goes unseen");
+    app.add_option_function<std::string>(
+           "--build-memory",
+           [options](const std::string& text) {
+               options->verify.build_memory = parse_size("--build-memory", text);
+           },
+           "The --max-memory that its build was given, if any and if it chose the depth")
+        ->type_name("SIZE");
     app.add_option("--seed", options->verify.seed, "Of the random points; default 20240")->type_name("N");
     options->common.declare(app, "its verify model.its model.stl --samples 10000000");
     return [options] { return run(*options); };

@@ -11,10 +11,19 @@
 namespace its {
 
 struct VerifyOptions {
-    std::uint64_t samples = 1'000'000;   ///< on M, uniform by area
-    std::uint64_t seed = 20240;          ///< of the random samples
-    std::uint64_t sign_samples = 2'000;  ///< grid points whose winding number is summed from solid angles
-    int threads = 0;                     ///< 0: all. The result is the same for any number
+    std::uint64_t samples = 1'000'000;  ///< on M, uniform by area
+    std::uint64_t seed = 20240;         ///< of the random samples
+    /// Grid points whose values are compared with distances: all if there are no more, else one in each of as
+    /// many equal parts. Under the generalized rule at most as many of them as bring the pairs of point and
+    /// boundary edge to 2·10⁸.
+    std::uint64_t grid_samples = 1'000'000;
+    /// All grid points, whatever their number: then no change of one element that makes a statement of a shell
+    /// false goes unseen, within the tolerances of docs/design/verify.md.
+    bool complete = false;
+    /// BuildOptions::max_memory of the shell: part of its ShellInfo::input_hash where the depth was left to
+    /// build().
+    std::uint64_t build_memory = 0;
+    int threads = 0;  ///< 0: all. The result is the same for any number
     Progress progress = {};
 };
 
@@ -22,6 +31,7 @@ struct VerifyOptions {
 struct VerifyCheck {
     std::string name;  ///< "G1 containment, sampled", …
     bool passed = false;
+    bool complete = false;  ///< everything that the promise is about was tested, not a sample of it
     std::uint64_t tested = 0, violations = 0;
     double worst = 0;    ///< smallest margin seen, in mesh units; negative: by how much it failed
     std::string detail;  ///< one line
@@ -34,8 +44,9 @@ struct VerifyReport {
     bool passed() const;                      ///< all checks
 };
 
-/// Checks G1 (containment: samples on M and a proof by interval subdivision), G2 (tightness) and the signs
-/// of grid points (G3). `mesh` should be the mesh that the shell was built from.
+/// Checks every section of a shell's file: G1 (containment: samples on M and a proof by interval subdivision),
+/// G2 (tightness), the sides of cells, the values of grid points (G3), the lists of triangles, the copy of the
+/// mesh and the description. `mesh` should be the mesh that the shell was built from.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, a mesh that does not fit the
 ///         shell's root cube), OptionError (threads < 0), Cancelled.
 VerifyReport verify(const ThinShell& shell, const Mesh& mesh, const VerifyOptions& options = {});

@@ -15,32 +15,33 @@ bool VerifyReport::passed() const {
 
 namespace verifier {
 
-// Coordinates lie in [0, 2^(K + 1)]; a rounding there is at most 2^(K + 1) · 2⁻⁵³ = one such unit.
-double coordinate_ulp(const octree::Lattice& lattice) {
-    return std::ldexp(1.0, lattice.depth - 52);
-}
-
 // 3 units for the conversion to lattice coordinates, 6 for each of the 6 planes of a cell: 39. Then at most
 // 64 clips in coordinates of the cell, each 6 · 2⁻⁵³.
-double piece_error(const octree::Lattice& lattice) {
-    return 40 * coordinate_ulp(lattice) + 64 * 6 * 0x1p-53;
+double piece_error(const Lattice& lattice) {
+    return 40 * lattice.ulp() + 64 * 6 * 0x1p-53;
 }
 
 // More than the 39 units that a vertex may be off.
-double cell_dilation(const octree::Lattice& lattice) {
-    return 64 * coordinate_ulp(lattice);
+double cell_dilation(const Lattice& lattice) {
+    return 64 * lattice.ulp();
+}
+
+// A vertex that survives cutting by this is off by less than 3 + 12 · 6 = 75 units: the triangle meets the cell
+// dilated by 111, less than the 132 that the file promises.
+double certain_dilation(const Lattice& lattice) {
+    return 36 * lattice.ulp();
 }
 
 // A piece is left when its bound is within a gap of an attained value that is inside the limit. The gap is
 // coarse_gap plus the errors of both; |∂f/∂xᵢ| ≤ 1 for values of a distance, and those near M are at most 8.
-double proven_tolerance(const octree::Lattice& lattice) {
+double proven_tolerance(const Lattice& lattice) {
     return coarse_gap + 3 * piece_error(lattice) + 2 * 3 * (piece_error(lattice) + cell_dilation(lattice)) +
            2 * 512 * 0x1p-53 * 8;
 }
 
 // A point of M as a caller gives it may be off by 4 roundings of its coordinates per axis; f has slopes of at
 // most 1 along the axes: 12u·reach, which both ε and the attained value may have to allow for.
-double tightness_tolerance(const octree::Lattice& lattice) {
+double tightness_tolerance(const Lattice& lattice) {
     return 1e-6 + 24 * 0x1p-53 * lattice.reach();
 }
 
@@ -59,16 +60,12 @@ std::string place(const Vec3& p) {
     return fmt::format("({:.9g}, {:.9g}, {:.9g})", p.x, p.y, p.z);
 }
 
-Vec3 from_lattice(const octree::Lattice& lattice, const Vec3& p) {
-    return lattice.position({0, 0, 0}) + lattice.width * p;
-}
-
 namespace {
 
-void check_mesh(const shell::ShellData& data, const Mesh& mesh) {
+void check_mesh(const Lattice& lattice, const Mesh& mesh) {
     if (mesh.triangles.empty()) throw InputError("verify: the mesh has no triangles");
-    const std::int64_t n = data.lattice.cells();
-    const Vec3 low = data.lattice.position({0, 0, 0}), high = data.lattice.position({n, n, n});
+    const std::int64_t n = lattice.cells();
+    const Vec3 low = lattice.position({0, 0, 0}), high = lattice.position({n, n, n});
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (const std::uint32_t v : mesh.triangles[t]) {
             if (v >= mesh.vertices.size())
@@ -110,17 +107,19 @@ VerifyReport judge(const shell::ShellData& data, const Evaluation& value, const 
                    const VerifyOptions& options) {
     return with_threads(options.threads, [&] {
         VerifyReport report;
-        if (!check_structure(data, options, report)) return report;  // the rest would read outside the arrays
-        check_mesh(data, mesh);
-        const View view(data);
+        const std::optional<Arrays> arrays = check_structure(data, options, report);
+        if (!arrays) return report;  // the rest would read outside the arrays
+        check_mesh(arrays->view.lattice(), mesh);
         const bool same =
             data.mesh.vertices == mesh.vertices && equal_but_for_turns(mesh.triangles, data.mesh.triangles);
         Mesh directed = mesh;
         if (same) directed.triangles.assign(data.mesh.triangles.begin(), data.mesh.triangles.end());
-        const Job job{view, mesh, value, options, same, directed, bounds_of(mesh)};
+        const Job job{*arrays,         arrays->view,           mesh, value, options, same, directed,
+                      bounds_of(mesh), find_boundary(directed)};
+        check_description(job, report);
         check_samples(job, report);
         check_all_of_mesh(job, report);
-        check_signs(job, report);
+        check_grid(job, report);
         check_space(job, report);
         return report;
     });

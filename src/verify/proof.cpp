@@ -21,8 +21,8 @@ struct Piece {
 /// The state of one polygon's proof.
 class Bounding {
 public:
-    Bounding(const octree::Lattice& lattice, const Goal& goal, const octree::Cell& cell, const double (&v)[8],
-             double local_low, double local_high, ProofTally& tally)
+    Bounding(const Lattice& lattice, const Goal& goal, const Cell& cell, const double (&v)[8], double local_low,
+             double local_high, ProofTally& tally)
         : lattice_(lattice),
           goal_(goal),
           cell_(cell),
@@ -78,20 +78,23 @@ private:
             tally_.attained_high = r.attained_high;
             tally_.high_at = vertex(polygon, true);
         }
+        tally_.excess = std::max(
+            {tally_.excess, r.attained_high - goal_.strict_outer, goal_.strict_inner - r.attained_low});
+        const double above = r.attained_high - local_high_, below = local_low_ - r.attained_low;
+        if (std::max(above, below) > tally_.local_excess) {
+            tally_.local_excess = std::max(above, below);
+            tally_.local_excess_at = vertex(polygon, above > below);
+        }
     }
 
-    /// Is there anything left that smaller pieces could show?
+    /// Is there anything left that smaller pieces could show? That a limit is passed, or, once one is, by more
+    /// than is known.
     bool wanting(const Bounds& b) const {
         const double gap = (pieces_ < many_pieces ? fine_gap : coarse_gap) + error_ + attained_error_;
         const bool up = b.high - b.attained_high > gap, down = b.attained_low - b.low > gap;
-        const auto above = [&](double limit, double slack) {
-            return up && b.high > limit + slack && b.attained_high <= limit;
-        };
-        const auto below = [&](double limit, double slack) {
-            return down && b.low < limit - slack && b.attained_low >= limit;
-        };
-        return above(goal_.proven_outer, 0) || below(goal_.proven_inner, 0) ||
-               above(local_high_, local_slack_) || below(local_low_, local_slack_) ||
+        const double beyond = tally_.excess, local_beyond = std::max(local_slack_, tally_.local_excess);
+        return (up && (b.high > goal_.proven_outer + beyond || b.high > local_high_ + local_beyond)) ||
+               (down && (b.low < goal_.proven_inner - beyond || b.low < local_low_ - local_beyond)) ||
                (up && b.high > goal_.tight_outer && tally_.attained_high < goal_.tight_outer) ||
                (down && b.low < goal_.tight_inner && tally_.attained_low > goal_.tight_inner);
     }
@@ -114,7 +117,7 @@ private:
     void settle(const Bounds& r, const Polygon& polygon) {
         tally_.low = std::min(tally_.low, r.low);
         tally_.high = std::max(tally_.high, r.high);
-        if (r.attained_high > goal_.outer || r.attained_low < goal_.inner)
+        if (r.attained_high > goal_.strict_outer || r.attained_low < goal_.strict_inner)
             ++tally_.violations;
         else if (r.high > goal_.proven_outer || r.low < goal_.proven_inner)
             ++tally_.undecided;
@@ -135,12 +138,12 @@ private:
             if (i == 0 || value > best) best = value, at = i;
         }
         const Vec3 corner = {double(cell_[0]), double(cell_[1]), double(cell_[2])};
-        return from_lattice(lattice_, corner + polygon.vertex[at]);
+        return lattice_.from_lattice(corner + polygon.vertex[at]);
     }
 
-    const octree::Lattice& lattice_;
+    const Lattice& lattice_;
     const Goal& goal_;
-    const octree::Cell& cell_;
+    const Cell& cell_;
     const double (&v_)[8];
     double local_low_, local_high_, local_slack_, displacement_;
     double error_ = 0, attained_error_ = 0, smallest_ = infinity, largest_ = -infinity;
@@ -155,6 +158,8 @@ void ProofTally::add(const ProofTally& o) {
     if (o.attained_low < attained_low) attained_low = o.attained_low, low_at = o.low_at;
     if (o.attained_high > attained_high) attained_high = o.attained_high, high_at = o.high_at;
     if (o.local_margin < local_margin) local_margin = o.local_margin, local_at = o.local_at;
+    if (o.local_excess > local_excess) local_excess = o.local_excess, local_excess_at = o.local_excess_at;
+    excess = std::max(excess, o.excess);
     if (o.uncovered_depth > uncovered_depth) uncovered_depth = o.uncovered_depth, uncovered_at = o.uncovered_at;
     if (unlisted == 0 && o.unlisted > 0) unlisted_at = o.unlisted_at;
     pairs += o.pairs, pieces += o.pieces;
@@ -165,9 +170,8 @@ void ProofTally::add(const ProofTally& o) {
     listed += o.listed, unlisted += o.unlisted;
 }
 
-void bound_polygon(const octree::Lattice& lattice, const Goal& goal, const octree::Cell& cell,
-                   const double (&v)[8], double local_low, double local_high, const Polygon& polygon,
-                   ProofTally& tally) {
+void bound_polygon(const Lattice& lattice, const Goal& goal, const Cell& cell, const double (&v)[8],
+                   double local_low, double local_high, const Polygon& polygon, ProofTally& tally) {
     Bounding(lattice, goal, cell, v, local_low, local_high, tally).run(polygon);
 }
 

@@ -36,7 +36,7 @@ class Sampler {
 public:
     explicit Sampler(const Job& job)
         : job_(job),
-          lattice_(job.view.data().lattice),
+          lattice_(job.view.lattice()),
           inner_(job.view.data().info.epsilon_inner / lattice_.width),
           outer_(job.view.data().info.epsilon_outer / lattice_.width),
           // γ; the division by w and the long double evaluation add less than 2⁻⁵¹ of a value ≤ 2^(K + 3).
@@ -47,7 +47,7 @@ public:
         ++tally.samples;
         const double shipped = job_.value(p) / lattice_.width;
         const Point3 x = to_lattice(lattice_, p);
-        octree::Cell cell;
+        Cell cell;
         Point3 t;
         CellRange range[3];
         const bool exact = error == Vec3{};
@@ -85,7 +85,7 @@ private:
 
     CellRange reach(long double x, double error) const {
         const std::int64_t last = std::int64_t(lattice_.cells()) - 1;
-        const double d = error + 4 * coordinate_ulp(lattice_);
+        const double d = error + 4 * lattice_.ulp();
         return {std::clamp(std::int64_t(std::floor(x - d)), std::int64_t{0}, last),
                 std::clamp(std::int64_t(std::floor(x + d)), std::int64_t{0}, last)};
     }
@@ -136,7 +136,7 @@ private:
     }
 
     const Job& job_;
-    const octree::Lattice& lattice_;
+    const Lattice& lattice_;
     double inner_, outer_, rounding_;
 };
 
@@ -205,7 +205,7 @@ std::pair<std::int64_t, std::int64_t> planes_between(double a, double b) {
 
 /// Edge midpoints, and every `stride`-th crossing of an edge with the lattice planes.
 Tally sample_edges(const Job& job, const Sampler& sampler, std::uint64_t stride) {
-    const octree::Lattice& lattice = job.view.data().lattice;
+    const Lattice& lattice = job.view.lattice();
     return in_chunks(job, "verify: edges", job.mesh.triangles.size(), 64, [&](std::uint64_t t, Tally& tally) {
         const Triangle& triangle = job.mesh.triangles[t];
         const Vec3 error = point_error(job.mesh, triangle);
@@ -229,7 +229,7 @@ Tally sample_edges(const Job& job, const Sampler& sampler, std::uint64_t stride)
 }
 
 std::uint64_t count_crossings(const Job& job) {
-    const octree::Lattice& lattice = job.view.data().lattice;
+    const Lattice& lattice = job.view.lattice();
     std::uint64_t count = 0;
     for (const Triangle& t : job.mesh.triangles)
         for (int side = 0; side < 3; ++side) {
@@ -258,18 +258,18 @@ void check_samples(const Job& job, VerifyReport& report) {
     report.sampled_max = sum.high * w;
     const std::string edges = stride == 1 ? "all" : fmt::format("one in {} of the", stride);
     report.checks.push_back(
-        {"G1 containment, sampled", sum.outside == 0, sum.samples, sum.outside, sum.margin * w,
+        {"G1 containment, sampled", sum.outside == 0, false, sum.samples, sum.outside, sum.margin * w,
          fmt::format("{} points uniform by area, {} vertices, edge midpoints and {} lattice "
                      "crossings of edges; closest to a bound at {}",
                      sum.samples - special, special, edges, place(sum.outside_at))});
     const double rounding = job.view.data().info.rounding;
-    report.checks.push_back({"G1 evaluation", sum.wrong_value == 0, sum.samples, sum.wrong_value,
+    report.checks.push_back({"G1 evaluation", sum.wrong_value == 0, false, sum.samples, sum.wrong_value,
                              rounding - sum.difference * w,
                              fmt::format("shipped f against own long double: largest difference {:.3g} at {}; "
                                          "γ = {:.3g}",
                                          sum.difference * w, place(sum.difference_at), rounding)});
     const std::uint64_t violations = sum.outside_local + sum.uncovered;
-    report.checks.push_back({"local bounds, sampled", violations == 0, sum.samples, violations,
+    report.checks.push_back({"local bounds, sampled", violations == 0, false, sum.samples, violations,
                              sum.local_margin * w,
                              fmt::format("{} samples outside the bounds of their cell, {} in no marked cell; "
                                          "closest to a bound at {}",

@@ -11,7 +11,7 @@ namespace its::verifier {
 namespace {
 
 /// A point of the box twice the root's size, in lattice units; every other one inside the root.
-Vec3 random_point(const octree::Lattice& lattice, std::uint64_t seed, std::uint64_t i) {
+Vec3 random_point(const Lattice& lattice, std::uint64_t seed, std::uint64_t i) {
     const double side = lattice.cells();
     Vec3 p;
     for (int axis = 0; axis < 3; ++axis) {
@@ -24,10 +24,10 @@ Vec3 random_point(const octree::Lattice& lattice, std::uint64_t seed, std::uint6
 /// f by its definition: the sum of the levels in the root cube; outside, the value at the nearest point of the
 /// cube plus the distance to it. Lattice units.
 double own_value(const View& view, const Vec3& point) {
-    Point3 x = to_lattice(view.data().lattice, point);
+    Point3 x = to_lattice(view.lattice(), point);
     long double squared = 0;
     for (long double& c : x) {
-        const long double inside = std::clamp(c, 0.0L, (long double)view.data().lattice.cells());
+        const long double inside = std::clamp(c, 0.0L, (long double)view.lattice().cells());
         squared += (c - inside) * (c - inside);
         c = inside;
     }
@@ -37,15 +37,15 @@ double own_value(const View& view, const Vec3& point) {
 }  // namespace
 
 void check_space(const Job& job, VerifyReport& report) {
-    const octree::Lattice& lattice = job.view.data().lattice;
+    const Lattice& lattice = job.view.lattice();
     const std::uint64_t samples = std::min<std::uint64_t>(job.options.samples, 10'000);
     // A sum over K + 2 levels of interpolations, each with less than 32 roundings of values that are below four
     // times the root's side.
-    const double tolerance = 32 * (lattice.depth + 2) * 4 * coordinate_ulp(lattice);
+    const double tolerance = 32 * (lattice.depth + 2) * 4 * lattice.ulp();
     Stage stage(job.options.progress, "verify: evaluation", samples);
     std::vector<double> difference(samples);
     parallel_for(samples, 64, [&](std::uint64_t i) {
-        const Vec3 p = from_lattice(lattice, random_point(lattice, job.options.seed, i));
+        const Vec3 p = lattice.from_lattice(random_point(lattice, job.options.seed, i));
         difference[i] = std::abs(job.value(p) / lattice.width - own_value(job.view, p));
         stage.advance(1);
     });
@@ -55,9 +55,10 @@ void check_space(const Job& job, VerifyReport& report) {
         if (!(difference[i] <= difference[worst])) worst = i;
     }
     const double largest = samples ? difference[worst] : 0.0;
-    const Vec3 at = from_lattice(lattice, random_point(lattice, job.options.seed, worst));
+    const Vec3 at = lattice.from_lattice(random_point(lattice, job.options.seed, worst));
     report.checks.push_back(
-        {"evaluation in space", violations == 0, samples, violations, (tolerance - largest) * lattice.width,
+        {"evaluation in space", violations == 0, false, samples, violations,
+         (tolerance - largest) * lattice.width,
          fmt::format("points in and around the root cube: shipped and own f differ by at most {:.3g} "
                      "at {}",
                      largest * lattice.width, place(at))});

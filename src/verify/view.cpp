@@ -6,22 +6,29 @@
 
 namespace its::verifier {
 
-std::uint64_t View::group(int level, const octree::Cell& parent) const {
-    const Array<std::uint64_t>& codes = data_.octree.levels[level].parent;
-    const std::uint64_t code = octree::morton_encode(parent);
-    const auto it = std::lower_bound(codes.begin(), codes.end(), code);
-    return it != codes.end() && *it == code ? std::uint64_t(it - codes.begin()) : octree::no_group;
+View::View(const shell::ShellData& data) : data_(data), lattice_(data.lattice) {
+    const Array<std::uint8_t>& mask = data.octree.levels[0].mask;
+    first_.reserve(mask.size() + 1);
+    first_.push_back(0);
+    for (const std::uint8_t bits : mask) first_.push_back(first_.back() + std::uint64_t(std::popcount(bits)));
 }
 
-CellEntry View::cell_of(std::uint64_t group, const octree::Cell& cell) const {
+std::uint64_t View::group(int level, const Cell& parent) const {
+    const Array<std::uint64_t>& codes = data_.octree.levels[level].parent;
+    const std::uint64_t code = interleave(parent);
+    const auto it = std::lower_bound(codes.begin(), codes.end(), code);
+    return it != codes.end() && *it == code ? std::uint64_t(it - codes.begin()) : no_group;
+}
+
+CellEntry View::cell_of(std::uint64_t group, const Cell& cell) const {
     CellEntry entry;
     entry.group = group;
     entry.child = int(cell[0] & 1) + 2 * int(cell[1] & 1) + 4 * int(cell[2] & 1);
-    if (entry.group == octree::no_group) return entry;
+    if (entry.group == no_group) return entry;
     const octree::Level& level = data_.octree.levels[0];
     const unsigned mask = level.mask[entry.group];
     entry.marked = mask >> entry.child & 1;
-    entry.surface = level.first[entry.group] + std::popcount(mask & ((1u << entry.child) - 1));
+    entry.surface = first_[entry.group] + std::uint64_t(std::popcount(mask & ((1u << entry.child) - 1)));
     return entry;
 }
 
@@ -29,7 +36,7 @@ bool View::stored(int level, const std::array<std::int64_t, 3>& g, double& value
     // The groups that touch g have parent (g − 1) >> 1 or g >> 1 on each axis: the same where g is odd.
     const std::int64_t parents = std::int64_t{1} << (data_.octree.depth - level);
     for (int side = 0; side < 8; ++side) {
-        octree::Cell parent;
+        Cell parent;
         int index = 0, stride = 1;
         bool valid = true;
         for (int axis = 0; axis < 3; ++axis, stride *= 3) {
@@ -42,8 +49,8 @@ bool View::stored(int level, const std::array<std::int64_t, 3>& g, double& value
         }
         if (!valid) continue;
         const std::uint64_t found = group(level, parent);
-        if (found == octree::no_group) continue;
-        value = data_.field.values[level][octree::group_points * found + index];
+        if (found == no_group) continue;
+        value = data_.field.values[level][points_of_group * found + index];
         return true;
     }
     return false;
@@ -78,11 +85,10 @@ long double View::sum_from(int level, const Point3& x) const {
     return sum;
 }
 
-void View::corners(const octree::Cell& cell, const CellEntry& entry, double (&out)[8]) const {
+void View::corners(const Cell& cell, const CellEntry& entry, double (&out)[8]) const {
     for (int c = 0; c < 8; ++c) {
-        if (entry.group != octree::no_group) {
-            out[c] =
-                data_.field.values[0][octree::group_points * entry.group + octree::group_point(entry.child, c)];
+        if (entry.group != no_group) {
+            out[c] = data_.field.values[0][points_of_group * entry.group + group_point(entry.child, c)];
         } else {
             const Point3 corner = {(long double)cell[0] + (c & 1), (long double)cell[1] + (c >> 1 & 1),
                                    (long double)cell[2] + (c >> 2)};
@@ -110,7 +116,7 @@ std::array<double, 3> slopes(const double (&corner)[8]) {
     return out;
 }
 
-Point3 to_lattice(const octree::Lattice& lattice, const Vec3& p) {
+Point3 to_lattice(const Lattice& lattice, const Vec3& p) {
     Point3 out;
     for (int axis = 0; axis < 3; ++axis)
         out[axis] = ((long double)p[axis] - lattice.position(axis, 0)) / lattice.width;

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "shell/shell_data.h"
+#include "verify/lattice.h"
 
 /// The verifier's own way of reading the arrays of a shell; lattice units throughout.
 namespace its::verifier {
@@ -12,8 +14,7 @@ using Point3 = std::array<long double, 3>;  ///< long double, so that its roundi
 
 /// A finest cell as the arrays know it.
 struct CellEntry {
-    std::uint64_t group =
-        octree::no_group;  ///< sibling group on level 0, or no_group: the cell is not in the octree
+    std::uint64_t group = no_group;  ///< sibling group on level 0, or no_group: the cell is not in the octree
     int child = 0;
     bool marked = false;        ///< its mask bit: the builder says that it meets M
     std::uint64_t surface = 0;  ///< number among the surface cells, if marked
@@ -23,20 +24,25 @@ struct CellEntry {
 /// All members may be called from any number of threads.
 class View {
 public:
-    explicit View(const shell::ShellData& data) : data_(data) {}
+    explicit View(const shell::ShellData& data);
 
     const shell::ShellData& data() const { return data_; }
+    const Lattice& lattice() const { return lattice_; }
+
+    /// Number of surface cells in the groups of level 0 before this one; also for one past the last group.
+    std::uint64_t first_surface(std::uint64_t group) const { return first_[group]; }
+    std::uint64_t surface_cells() const { return first_.back(); }
 
     /// Group on `level` whose parent cell has these coordinates (on level + 1), or no_group. O(log groups).
-    std::uint64_t group(int level, const octree::Cell& parent) const;
+    std::uint64_t group(int level, const Cell& parent) const;
 
     /// The finest cell with these coordinates, each in [0, lattice.cells()).
-    CellEntry cell(const octree::Cell& cell) const {
+    CellEntry cell(const Cell& cell) const {
         return cell_of(group(0, {cell[0] >> 1, cell[1] >> 1, cell[2] >> 1}), cell);
     }
 
     /// The same where the sibling group (or no_group) is known.
-    CellEntry cell_of(std::uint64_t group, const octree::Cell& cell) const;
+    CellEntry cell_of(std::uint64_t group, const Cell& cell) const;
 
     /// Stored value F_level(g) of the grid point with these coordinates in cells of the level. False if no
     /// cell of the level touches it.
@@ -50,10 +56,12 @@ public:
     long double value(const Point3& x) const { return sum_from(0, x); }
 
     /// f at the eight corners (x + 2y + 4z) of any finest cell, whether the octree has it or not.
-    void corners(const octree::Cell& cell, const CellEntry& entry, double (&out)[8]) const;
+    void corners(const Cell& cell, const CellEntry& entry, double (&out)[8]) const;
 
 private:
     const shell::ShellData& data_;
+    Lattice lattice_;
+    std::vector<std::uint64_t> first_;
 };
 
 /// Trilinear interpolation of corner values at t in [0, 1]³.
@@ -63,6 +71,6 @@ long double trilinear(const double (&corner)[8], const Point3& t);
 std::array<double, 3> slopes(const double (&corner)[8]);
 
 /// Lattice coordinates in long double: error ≤ 2⁻⁶³ of the root's side.
-Point3 to_lattice(const octree::Lattice& lattice, const Vec3& p);
+Point3 to_lattice(const Lattice& lattice, const Vec3& p);
 
 }  // namespace its::verifier

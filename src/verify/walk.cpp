@@ -10,23 +10,22 @@
 namespace its::verifier {
 namespace {
 
-/// A triangle, edge or corner of M in lattice units.
+/// A triangle of M in lattice units.
 struct Part {
     Polygon polygon;
     std::uint32_t triangle = 0;
-    std::int64_t plane[3] = {-1, -1, -1};  ///< lattice plane that the part lies in exactly, or −1
 };
 
 /// Walks the cells that a part of M may meet.
 class Walker {
 public:
-    Walker(const Job& job, const Goal& goal, const shell::CellLists& lists, ProofTally& tally)
+    Walker(const Job& job, const Goal& goal, ProofTally& tally)
         : job_(job),
-          lattice_(job.view.data().lattice),
+          lattice_(job.view.lattice()),
           goal_(goal),
-          lists_(lists),
+          lists_(job.arrays.lists),
           dilation_(cell_dilation(lattice_)),
-          shrink_(96 * coordinate_ulp(lattice_)),
+          certain_(certain_dilation(lattice_)),
           tally_(tally) {}
 
     CellRange range(const Polygon& polygon, int axis) const {
@@ -40,12 +39,12 @@ public:
                 std::clamp(std::int64_t(std::floor(high + dilation_)), std::int64_t{0}, last)};
     }
 
-    /// All cells in slab i of `axis`. \param contact_only  no bounds: only which cells are met.
-    void slab(const Part& part, int axis, std::int64_t i, bool contact_only) {
+    /// All cells in slab i of `axis`.
+    void slab(const Part& part, int axis, std::int64_t i) {
         const int second = (axis + 1) % 3, third = (axis + 2) % 3;
         Polygon sheet, row, piece;
         if (!cut(part.polygon, axis, i, sheet)) return;
-        octree::Cell cell;
+        Cell cell;
         cell[axis] = std::uint32_t(i);
         const CellRange rows = range(sheet, second);
         for (std::int64_t j = rows.low; j <= rows.high; ++j) {
@@ -55,7 +54,7 @@ public:
             for (std::int64_t k = cells.low; k <= cells.high; ++k) {
                 if (!cut(row, third, k, piece)) continue;
                 cell[third] = std::uint32_t(k);
-                meet(part, cell, piece, contact_only);
+                meet(part, cell, piece);
             }
         }
     }
@@ -65,10 +64,9 @@ private:
         return clip_slab(in, axis, double(i) - dilation_, double(i + 1) + dilation_, out);
     }
 
-    void meet(const Part& part, const octree::Cell& cell, const Polygon& piece, bool contact_only) {
+    void meet(const Part& part, const Cell& cell, const Polygon& piece) {
         const CellEntry entry = look_up(cell);
         coverage(part, cell, entry, piece);
-        if (contact_only) return;
         ++tally_.pairs;
         if (piece.overflow) {
             ++tally_.overflow;
@@ -88,8 +86,8 @@ private:
         bound_polygon(lattice_, goal_, cell, v, low, high, local, tally_);
     }
 
-    CellEntry look_up(const octree::Cell& cell) {
-        const octree::Cell parent = {cell[0] >> 1, cell[1] >> 1, cell[2] >> 1};
+    CellEntry look_up(const Cell& cell) {
+        const Cell parent = {cell[0] >> 1, cell[1] >> 1, cell[2] >> 1};
         if (parent != last_parent_) {
             last_parent_ = parent;
             last_group_ = job_.view.group(0, parent);
@@ -97,21 +95,22 @@ private:
         return job_.view.cell_of(last_group_, cell);
     }
 
-    /// A cell that M certainly meets must be marked, and list the triangle.
-    void coverage(const Part& part, const octree::Cell& cell, const CellEntry& entry, const Polygon& piece) {
-        if (entry.marked && (!job_.same_mesh || lists(entry, part.triangle))) {
-            tally_.listed += job_.same_mesh;
+    /// A cell that M meets when dilated as the file promises must be marked, and list the triangle.
+    void coverage(const Part& part, const Cell& cell, const CellEntry& entry, const Polygon& piece) {
+        const bool listed = entry.marked && job_.same_mesh && lists(entry, part.triangle);
+        if (listed || (entry.marked && !job_.same_mesh)) {
+            tally_.listed += listed;
             return;
         }
-        const double depth = certain_depth(part, cell, piece);
-        if (depth < 0) {
+        if (!certainly_meets(cell, piece)) {
             tally_.grazing += !entry.marked;
             return;
         }
-        const Vec3 at = from_lattice(lattice_, piece.vertex[0]);
+        const Vec3 at = lattice_.from_lattice(piece.vertex[0]);
         if (entry.marked) {
             if (tally_.unlisted++ == 0) tally_.unlisted_at = at;
         } else {
+            const double depth = depth_in(cell, piece);
             ++tally_.uncovered;
             if (depth >= tally_.uncovered_depth) tally_.uncovered_depth = depth, tally_.uncovered_at = at;
         }
@@ -119,28 +118,32 @@ private:
 
     bool lists(const CellEntry& entry, std::uint32_t triangle) const {
         const auto begin = lists_.triangle.begin();
-        return std::binary_search(begin + std::ptrdiff_t(lists_.offset[entry.surface]),
-                                  begin + std::ptrdiff_t(lists_.offset[entry.surface + 1]), triangle);
+        return std::binary_search(begin + std::ptrdiff_t(lists_.begin[entry.surface]),
+                                  begin + std::ptrdiff_t(lists_.begin[entry.surface + 1]), triangle);
     }
 
-    /// How deep in the cell some point of the part is for certain, or −1 if rounding leaves it open whether it
-    /// meets the cell. On an axis where the part lies in a face of the cell exactly, there is nothing to ask.
-    double certain_depth(const Part& part, const octree::Cell& cell, Polygon piece) const {
-        bool in_face[3];
+    /// Whether some vertex is so near to the cell that, whatever rounding did, the triangle meets the cell
+    /// dilated as the file promises.
+    bool certainly_meets(const Cell& cell, const Polygon& piece) const {
+        Polygon inside = piece, next;
         for (int axis = 0; axis < 3; ++axis) {
-            in_face[axis] = part.plane[axis] == cell[axis] || part.plane[axis] == std::int64_t(cell[axis]) + 1;
-            Polygon inside;
-            const double low = double(cell[axis]) + shrink_, high = double(cell[axis]) + 1 - shrink_;
-            if (in_face[axis]) continue;
-            if (!clip_slab(piece, axis, low, high, inside) || inside.overflow) return -1;
-            piece = inside;
+            if (!clip_slab(inside, axis, double(cell[axis]) - certain_, double(cell[axis]) + 1 + certain_,
+                           next) ||
+                next.overflow)
+                return false;
+            inside = next;
         }
+        return true;
+    }
+
+    /// How deep in the cell the deepest vertex is.
+    static double depth_in(const Cell& cell, const Polygon& piece) {
         double deepest = 0;
         for (int i = 0; i < piece.count; ++i) {
             double depth = 0.5;
             for (int axis = 0; axis < 3; ++axis) {
                 const double x = piece.vertex[i][axis] - double(cell[axis]);
-                if (!in_face[axis]) depth = std::min({depth, x, 1 - x});
+                depth = std::min({depth, x, 1 - x});
             }
             deepest = std::max(deepest, depth);
         }
@@ -148,54 +151,23 @@ private:
     }
 
     const Job& job_;
-    const octree::Lattice& lattice_;
+    const Lattice& lattice_;
     const Goal& goal_;
-    const shell::CellLists& lists_;
-    // A vertex inside the cell shrunk by 96 is off by less than 3 + 12 · 6
-    // = 75.
-    double dilation_, shrink_;
-    octree::Cell last_parent_ = {~0u, ~0u, ~0u};
-    std::uint64_t last_group_ = octree::no_group;
+    const Lists& lists_;
+    double dilation_, certain_;
+    Cell last_parent_ = {~0u, ~0u, ~0u};
+    std::uint64_t last_group_ = no_group;
     ProofTally& tally_;
 };
 
-/// Lattice plane that vertex v is on exactly, or −1.
-std::int64_t exact_plane(const octree::Lattice& lattice, int axis, double x) {
-    const double u = std::nearbyint((x - lattice.position(axis, 0)) / lattice.width);
-    const std::int64_t i = std::int64_t(u);
-    return lattice.position(axis, i) == x ? i : -1;
-}
-
-/// The triangle's corners `from` … `from + count − 1` (cyclic).
-Part make_part(const Job& job, std::uint64_t t, int from, int count) {
-    const octree::Lattice& lattice = job.view.data().lattice;
+Part make_part(const Job& job, std::uint64_t t) {
     Part part;
     part.triangle = std::uint32_t(t);
-    part.polygon.count = count;
-    for (int i = 0; i < count; ++i) {
-        const Vec3& p = job.mesh.vertices[job.mesh.triangles[t][(from + i) % 3]];
-        part.polygon.vertex[i] = lattice.to_lattice(p);
-        for (int axis = 0; axis < 3; ++axis) {
-            const std::int64_t plane = exact_plane(lattice, axis, p[axis]);
-            part.plane[axis] = i == 0 || plane == part.plane[axis] ? plane : -1;
-        }
-    }
+    part.polygon.count = 3;
+    for (int i = 0; i < 3; ++i)
+        part.polygon.vertex[i] =
+            job.view.lattice().to_lattice(job.mesh.vertices[job.mesh.triangles[t][std::size_t(i)]]);
     return part;
-}
-
-/// Edges and corners that lie in lattice planes exactly, where the whole triangle does not: the cells on both
-/// sides are met.
-void walk_contacts(const Job& job, Walker& walker, std::uint64_t t) {
-    const Part whole = make_part(job, t, 0, 3);
-    for (int from = 0; from < 3; ++from)
-        for (int count = 1; count <= 2; ++count) {
-            const Part part = make_part(job, t, from, count);
-            bool more = false;
-            for (int axis = 0; axis < 3; ++axis) more |= part.plane[axis] >= 0 && whole.plane[axis] < 0;
-            if (!more) continue;
-            const CellRange slabs = walker.range(part.polygon, 0);
-            for (std::int64_t i = slabs.low; i <= slabs.high; ++i) walker.slab(part, 0, i, true);
-        }
 }
 
 /// The triangle's slabs of cells along its longest axis: the units of work.
@@ -214,15 +186,12 @@ Slabs slabs_of(const Walker& walker, const Polygon& polygon) {
 }
 
 ProofTally walk(const Job& job, const Goal& goal) {
-    const shell::ShellData& data = job.view.data();
-    const shell::CellLists lists =
-        shell::unpack_lists(data.octree.levels[0], data.surface.lists, data.mesh.triangles.size());
     const std::uint64_t triangles = job.mesh.triangles.size();
     ProofTally unused;
-    const Walker ruler(job, goal, lists, unused);
+    const Walker ruler(job, goal, unused);
     std::vector<std::uint64_t> first(triangles + 1);  // number of slabs before each triangle
     for (std::uint64_t t = 0; t < triangles; ++t) {
-        const Slabs slabs = slabs_of(ruler, make_part(job, t, 0, 3).polygon);
+        const Slabs slabs = slabs_of(ruler, make_part(job, t).polygon);
         first[t + 1] = first[t] + std::uint64_t(slabs.range.high - slabs.range.low + 1);
     }
     const std::uint64_t count = first.back();
@@ -230,20 +199,81 @@ ProofTally walk(const Job& job, const Goal& goal) {
     Stage stage(job.options.progress, "verify: proof", count);
     std::vector<ProofTally> tallies(chunk_count(count, grain));
     for_chunks(count, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        Walker walker(job, goal, lists, tallies[chunk]);
+        Walker walker(job, goal, tallies[chunk]);
         std::uint64_t t =
             std::uint64_t(std::upper_bound(first.begin(), first.end(), begin) - first.begin()) - 1;
         for (std::uint64_t i = begin; i < end; ++t) {
-            const Part part = make_part(job, t, 0, 3);
+            const Part part = make_part(job, t);
             const Slabs slabs = slabs_of(walker, part.polygon);
-            if (i == first[t]) walk_contacts(job, walker, t);
             for (; i < std::min(end, first[t + 1]); ++i)
-                walker.slab(part, slabs.axis, slabs.range.low + std::int64_t(i - first[t]), false);
+                walker.slab(part, slabs.axis, slabs.range.low + std::int64_t(i - first[t]));
         }
         stage.advance(end - begin);
     });
     ProofTally sum;
     for (const ProofTally& tally : tallies) sum.add(tally);
+    return sum;
+}
+
+/// How far from a cell that lists it a triangle may be, per axis: the promised dilation, twice, and the
+/// builder's allowance for the rounding of its normal, 16 roundings of |ab||ac| / |n| (sums of coordinates) of
+/// the root's side; but a needle is no farther from the cell than it is wide, since its edges are tested as
+/// well.
+double list_margin(const Lattice& lattice, const Polygon& triangle) {
+    const Vec3 u = triangle.vertex[1] - triangle.vertex[0], v = triangle.vertex[2] - triangle.vertex[0],
+               w = triangle.vertex[2] - triangle.vertex[1], n = cross(u, v);
+    const auto sum = [](const Vec3& a) { return std::abs(a.x) + std::abs(a.y) + std::abs(a.z); };
+    const double area = norm(n), longest = std::max({norm(u), norm(v), norm(w)});
+    const double wide = longest > 0 ? area / longest + 64 * lattice.ulp() : 0;
+    const double slack = area > 0 ? 32 * lattice.ulp() * sum(u) * sum(v) / area : infinity;
+    return 2 * lattice.dilation() + 64 * lattice.ulp() + 2 * std::min(slack, wide);
+}
+
+struct ListTally {
+    std::uint64_t tested = 0, foreign = 0;
+    Vec3 at;
+};
+
+/// The lists of a group's cells: triangles that are not near their cell.
+void check_lists_of(const Job& job, std::uint64_t group, ListTally& tally) {
+    const Lattice& lattice = job.view.lattice();
+    const Lists& lists = job.arrays.lists;
+    const octree::Level& level = job.view.data().octree.levels[0];
+    const Cell parent = separate(level.parent[group]);
+    std::uint64_t surface = job.view.first_surface(group);
+    for (unsigned child = 0; child < 8; ++child) {
+        if ((level.mask[group] >> child & 1) == 0) continue;
+        for (std::uint64_t i = lists.begin[surface]; i < lists.begin[surface + 1]; ++i) {
+            Polygon piece = make_part(job, lists.triangle[i]).polygon, next;
+            const double margin = list_margin(lattice, piece);
+            bool near = true;
+            Vec3 corner;
+            for (int axis = 0; axis < 3 && near; ++axis) {
+                corner[axis] = 2.0 * parent[std::size_t(axis)] + double(child >> axis & 1);
+                near = clip_slab(piece, axis, corner[axis] - margin, corner[axis] + 1 + margin, next);
+                piece = next;
+            }
+            ++tally.tested;
+            if (!near && tally.foreign++ == 0) tally.at = lattice.from_lattice(corner);
+        }
+        ++surface;
+    }
+}
+
+ListTally check_foreign(const Job& job) {
+    const std::uint64_t groups = job.view.data().octree.levels[0].parent.size();
+    constexpr std::uint64_t grain = 256;
+    Stage stage(job.options.progress, "verify: lists", groups);
+    std::vector<ListTally> tallies(chunk_count(groups, grain));
+    for_chunks(groups, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        for (std::uint64_t g = begin; g < end; ++g) check_lists_of(job, g, tallies[chunk]);
+        stage.advance(end - begin);
+    });
+    ListTally sum;
+    for (const ListTally& t : tallies) {
+        if (sum.foreign == 0) sum.at = t.at;
+        sum.tested += t.tested, sum.foreign += t.foreign;
+    }
     return sum;
 }
 
@@ -255,7 +285,11 @@ Goal make_goal(const Job& job) {
     goal.outer = data.epsilon_outer;
     goal.proven_inner = std::min(goal.inner + rounding, 0.0);
     goal.proven_outer = std::max(goal.outer - rounding, 0.0);
-    const double tolerance = tightness_tolerance(data.lattice);
+    // Certified bounds contain γ; what the paper's candidates leave of it is not promised.
+    const bool certified = data.info.extrema == Extrema::certified;
+    goal.strict_inner = certified ? goal.proven_inner : goal.inner;
+    goal.strict_outer = certified ? goal.proven_outer : goal.outer;
+    const double tolerance = tightness_tolerance(job.view.lattice());
     if (goal.inner < 0) goal.tight_inner = goal.inner + tolerance;
     if (goal.outer > 0) goal.tight_outer = goal.outer - tolerance;
     return goal;
@@ -265,6 +299,7 @@ void report_coverage(const Job& job, const ProofTally& sum, VerifyReport& report
     const double w = job.width();
     VerifyCheck coverage{"G1 coverage",
                          sum.uncovered == 0 && sum.overflow == 0,
+                         true,
                          sum.pairs,
                          sum.uncovered,
                          sum.uncovered > 0 ? -sum.uncovered_depth * w : 0.0,
@@ -273,20 +308,33 @@ void report_coverage(const Job& job, const ProofTally& sum, VerifyReport& report
         sum.uncovered > 0
             ? fmt::format("{} cells that M meets are not marked; M is {:.3g} deep in the worst, at {}",
                           sum.uncovered, sum.uncovered_depth * w, place(sum.uncovered_at))
-            : fmt::format(
-                  "every cell that M meets is marked; {} unmarked ones are nearer to M than "
-                  "{:.3g} and not decided",
-                  sum.grazing, 96 * coordinate_ulp(job.view.data().lattice) * w);
+            : fmt::format("every cell that M meets when dilated by {:.3g} is marked",
+                          certain_dilation(job.view.lattice()) * w);
     if (sum.overflow > 0) coverage.detail += fmt::format("; {} pieces could not be clipped", sum.overflow);
     report.checks.push_back(coverage);
 
-    VerifyCheck lists{"G3 triangle lists", sum.unlisted == 0, sum.listed + sum.unlisted, sum.unlisted, 0.0, ""};
-    lists.detail = !job.same_mesh     ? "not compared: the mesh differs from the shell's copy"
-                   : sum.unlisted > 0 ? fmt::format(
-                                            "{} triangles are missing in the list of a cell that they meet, "
-                                            "first at {}",
-                                            sum.unlisted, place(sum.unlisted_at))
-                                      : "every triangle is listed in every cell that it meets";
+    VerifyCheck lists{"G3 triangle lists",
+                      sum.unlisted == 0,
+                      true,
+                      sum.listed + sum.unlisted,
+                      sum.unlisted,
+                      0,
+                      "not compared: the mesh differs from the shell's copy"};
+    if (job.same_mesh) {
+        const ListTally foreign = check_foreign(job);
+        lists.passed = lists.passed && foreign.foreign == 0;
+        lists.tested += foreign.tested;
+        lists.violations += foreign.foreign;
+        lists.detail = "every cell lists the triangles that meet it, dilated by rounding, and no others";
+        if (sum.unlisted > 0)
+            lists.detail =
+                fmt::format("{} triangles are missing in the list of a cell that they meet, first at {}",
+                            sum.unlisted, place(sum.unlisted_at));
+        else if (foreign.foreign > 0)
+            lists.detail =
+                fmt::format("{} triangles are listed in a cell that they do not meet, first in that at {}",
+                            foreign.foreign, place(foreign.at));
+    }
     report.checks.push_back(lists);
 }
 
@@ -295,14 +343,16 @@ void report_coverage(const Job& job, const ProofTally& sum, VerifyReport& report
 void check_all_of_mesh(const Job& job, VerifyReport& report) {
     const Goal goal = make_goal(job);
     const ProofTally sum = walk(job, goal);
-    const double w = job.width(), tolerance = proven_tolerance(job.view.data().lattice);
+    const double w = job.width(), tolerance = proven_tolerance(job.view.lattice());
     report.proven_min = sum.low * w;
     report.proven_max = sum.high * w;
     report_coverage(job, sum, report);
 
-    const double margin = std::min(goal.proven_outer - sum.high, sum.low - goal.proven_inner);
+    const double proven = std::min(goal.proven_outer - sum.high, sum.low - goal.proven_inner);
+    const double margin = sum.violations > 0 ? -sum.excess : proven;
     VerifyCheck proof{"G1 containment, proven",
                       sum.violations == 0 && margin >= -tolerance && sum.overflow == 0,
+                      true,
                       sum.pieces,
                       sum.violations,
                       margin * w,
@@ -317,15 +367,18 @@ void check_all_of_mesh(const Job& job, VerifyReport& report) {
 
     const bool local_ok = sum.local_violations == 0 && sum.local_margin >= -tolerance;
     report.checks.push_back(
-        {"local bounds, proven", local_ok, sum.local_pairs, sum.local_violations, sum.local_margin * w,
-         fmt::format("f on M within the bounds of its cell; closest at {}", place(sum.local_at))});
+        {"local bounds, proven", local_ok, true, sum.local_pairs, sum.local_violations,
+         (sum.local_violations > 0 ? -sum.local_excess : sum.local_margin) * w,
+         sum.local_violations > 0
+             ? fmt::format("f on M leaves the bounds of its cell, most at {}", place(sum.local_excess_at))
+             : fmt::format("f on M within the bounds of its cell; closest at {}", place(sum.local_at))});
 
     const double inner_gap = goal.inner < 0 ? sum.attained_low - goal.inner : 0.0;
     const double outer_gap = goal.outer > 0 ? goal.outer - sum.attained_high : 0.0;
-    const double loosest = tightness_tolerance(job.view.data().lattice);
+    const double loosest = tightness_tolerance(job.view.lattice());
     const std::uint64_t loose = (inner_gap > loosest) + std::uint64_t(outer_gap > loosest);
     report.checks.push_back(
-        {"G2 tightness", loose == 0, 2, loose, (loosest - std::max(inner_gap, outer_gap)) * w,
+        {"G2 tightness", loose == 0, true, 2, loose, (loosest - std::max(inner_gap, outer_gap)) * w,
          fmt::format("f attains ε₁ but for {:.3g} cell widths at {}, ε₂ but for {:.3g} at {}", inner_gap,
                      place(sum.low_at), outer_gap, place(sum.high_at))});
 }

@@ -238,7 +238,7 @@ double use(shell::ShellData data) {
                 sum += double(thin.data().mesh.triangles[t][0]);
     (void)slice(thin, {.axis = 2, .at = 0.5, .size = 64, .cells = true, .threads = 1});
     (void)verify(thin, thin.mesh(),
-                 {.samples = 10, .seed = 1, .sign_samples = 10, .threads = 1, .progress = {}});
+                 {.samples = 10, .seed = 1, .grid_samples = 10, .threads = 1, .progress = {}});
     return sum;
 }
 

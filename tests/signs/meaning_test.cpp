@@ -65,7 +65,7 @@ ThinShell expect_meaning(const Mesh& mesh, SignRule rule, std::uint64_t turned,
             << probe.point.x << ' ' << probe.point.y << ' ' << probe.point.z;
     VerifyOptions verifying;
     verifying.samples = 20'000;
-    verifying.sign_samples = 500;
+    verifying.grid_samples = 500;
     for (const VerifyCheck& check : verify(shell, mesh, verifying).checks)
         EXPECT_TRUE(check.passed) << check.name << ": " << check.detail;
     return shell;

@@ -95,7 +95,7 @@ TEST(Bounds, EvaluationErrorHolds) {
 
 TEST(Bounds, ProofFindsTheMaximum) {
     Random random;
-    const octree::Lattice lattice{.depth = 4, .width = 1, .base = {}};
+    const Lattice lattice(octree::Lattice{.depth = 4, .width = 1, .base = {}});
     for (int round = 0; round < 300; ++round) {
         double v[8];
         for (double& value : v) value = random.between(-1, 1);
@@ -107,8 +107,8 @@ TEST(Bounds, ProofFindsTheMaximum) {
         }
         const auto run = [&](double outer) {
             Goal goal;
-            goal.inner = goal.proven_inner = -10;
-            goal.outer = goal.proven_outer = outer;
+            goal.inner = goal.proven_inner = goal.strict_inner = -10;
+            goal.outer = goal.proven_outer = goal.strict_outer = outer;
             ProofTally tally;
             bound_polygon(lattice, goal, {3, 4, 5}, v, -infinity, infinity, polygon, tally);
             return tally;

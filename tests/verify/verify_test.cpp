@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "its/inspect.h"
@@ -23,7 +24,7 @@ using test::edit;
 VerifyOptions quick() {
     VerifyOptions options;
     options.samples = 20'000;
-    options.sign_samples = 300;
+    options.grid_samples = 300;
     return options;
 }
 
@@ -251,7 +252,7 @@ TEST(Verify, CornerValueMovedEverywhere) {
     EXPECT_EQ(failed(report).count("structure"), 0u);
     EXPECT_TRUE(fails(report, "local bounds, proven"));
     VerifyOptions all = quick();
-    all.sign_samples = 20'000;
+    all.grid_samples = 20'000;
     EXPECT_TRUE(fails(t.report(all), "G3 distances"));
 }
 
@@ -278,7 +279,7 @@ TEST(Verify, SignFlipped) {
         value = -value;
     });
     VerifyOptions options = quick();
-    options.sign_samples = 20'000;  // far more than there are grid points
+    options.grid_samples = 20'000;  // far more than there are grid points
     const VerifyReport report = t.report(options);
     EXPECT_TRUE(fails(report, "G3 signs"));
     EXPECT_EQ(failed(report).count("G3 distances"), 0u);
@@ -297,6 +298,131 @@ TEST(Verify, NegativeValueOfAnUnsignedField) {
     EXPECT_TRUE(fails(t.report(), "G3 signs"));
 }
 
+TEST(Verify, SidesOfCellsFlipped) {
+    for (const std::size_t level : {0, 1, 3}) {
+        Tampered t;
+        edit(t.data.sides.inside[level])[0] ^= 4;
+        EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 sides of cells"});
+    }
+    Tampered t;
+    for (auto& level : t.data.sides.inside) {
+        auto bits = edit(level);
+        for (std::uint8_t& byte : *bits) byte = std::uint8_t(~byte);
+    }
+    EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 sides of cells"});
+}
+
+TEST(Verify, CopyOfTheMeshMoved) {
+    Tampered t;
+    edit(t.data.mesh.vertices)[7].y += 1e-12;
+    EXPECT_TRUE(fails(t.report(), "copy of the mesh"));
+    Tampered u;
+    edit(u.data.mesh.triangles)[7][0] ^= 1;
+    EXPECT_TRUE(fails(u.report(), "copy of the mesh"));
+    Tampered v;
+    {
+        auto triangles = edit(v.data.mesh.triangles);
+        std::swap(triangles[9][1], triangles[9][2]);
+    }
+    EXPECT_TRUE(fails(v.report(), "copy of the mesh"));
+    EXPECT_TRUE(fails(v.report(), "description"));  // the edges do not cancel any more
+}
+
+TEST(Verify, OneValueChangedByOnePercentIsSeenByACompleteCheck) {
+    Tampered t;
+    t.change_value(1, {5, 9, 7}, [](double& value) { value *= 1.01; });
+    VerifyOptions options = quick();
+    options.complete = true;
+    EXPECT_EQ(failed(t.report(options)), std::set<std::string>{"G3 distances"});
+}
+
+TEST(Verify, TellsWhatIsASample) {
+    const Tampered t;
+    VerifyOptions options = quick();
+    options.grid_samples = 100;
+    const auto distances = [&] {
+        for (const VerifyCheck& check : t.report(options).checks)
+            if (check.name == "G3 distances") return check;
+        return VerifyCheck{};
+    };
+    const VerifyCheck some = distances();
+    EXPECT_FALSE(some.complete);
+    EXPECT_EQ(some.tested, 100u);
+    EXPECT_NE(some.detail.find("with probability"), std::string::npos);
+    options.complete = true;
+    const VerifyCheck all = distances();
+    EXPECT_TRUE(all.complete);
+    EXPECT_EQ(all.tested, shell_of(t.data).grid_points());
+}
+
+TEST(Verify, WorstOfAFailedLocalBoundIsByHowMuch) {
+    Tampered t;
+    const auto& [lower, upper, lists] = t.data.surface;
+    std::uint64_t cell = 0;
+    for (std::uint64_t c = 0; c < upper.size(); ++c)
+        if (upper[c] - lower[c] > upper[cell] - lower[cell]) cell = c;
+    // The bound's own slack (rounding to single precision, the hull) is below a thousandth here.
+    edit(t.data.surface.upper)[cell] -= 0.01f;
+    bool seen = false;
+    for (const VerifyCheck& check : t.report().checks) {
+        if (check.name != "local bounds, proven") continue;
+        seen = true;
+        EXPECT_FALSE(check.passed);
+        EXPECT_NEAR(check.worst, -0.01 * t.data.lattice.width, 1e-3 * t.data.lattice.width) << check.detail;
+    }
+    EXPECT_TRUE(seen);
+}
+
+TEST(Verify, InputHashOfOtherOptions) {
+    Tampered t;
+    t.data.info.extrema = Extrema::candidates;
+    VerifyOptions options = quick();
+    EXPECT_TRUE(t.report(options).passed());
+    options.complete = true;
+    EXPECT_EQ(failed(t.report(options)), std::set<std::string>{"input hash"});
+    BuildOptions limited;
+    limited.max_memory = 1'000'000'000;
+    const ThinShell shell = build(t.mesh, limited);
+    EXPECT_EQ(failed(verify(shell, t.mesh, options)), std::set<std::string>{"input hash"});
+    options.build_memory = limited.max_memory;
+    EXPECT_TRUE(verify(shell, t.mesh, options).passed());
+}
+
+TEST(Verify, TriangleInTheListOfACellThatItDoesNotMeet) {
+    Tampered t;
+    const octree::Level& level = t.data.octree.levels[0];
+    shell::CellLists lists = shell::unpack_lists(level, t.data.surface.lists, t.data.mesh.triangles.size());
+    const std::uint64_t cell = 200, end = lists.offset[cell + 1];
+    const std::uint32_t last = lists.triangle[end - 1];
+    ASSERT_LT(last + 100, t.data.mesh.triangles.size());
+    lists.triangle.insert(lists.triangle.begin() + std::ptrdiff_t(end), last + 100);
+    for (std::uint64_t c = cell + 1; c < lists.offset.size(); ++c) ++lists.offset[c];
+    const std::uint64_t before = t.data.surface.lists.bytes.size();
+    t.data.surface.lists = shell::pack_lists(level, lists.offset, lists.triangle);
+    t.data.info.memory_bytes += t.data.surface.lists.bytes.size() - before;
+    EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 triangle lists"});
+}
+
+TEST(Verify, AllRulesPassACompleteCheck) {
+    VerifyOptions options = quick();
+    options.samples = 1000;
+    options.complete = true;
+    for (const zoo::Entry& entry : zoo::all())
+        for (const SignRule rule :
+             {SignRule::winding, SignRule::generalized, SignRule::unsigned_rule, SignRule::even_odd}) {
+            BuildOptions asked = at_depth(3);
+            asked.sign = rule;
+            std::optional<ThinShell> shell;
+            try {
+                shell = build(entry.mesh, asked);
+            } catch (const OptionError&) {
+                continue;  // the mesh cannot have this rule
+            }
+            const VerifyReport report = verify(*shell, entry.mesh, options);
+            EXPECT_TRUE(report.passed()) << entry.name << " " << name(rule) << "\n" << failures(report);
+        }
+}
+
 TEST(Verify, TriangleMissingInAList) {
     Tampered t;
     const std::uint64_t cell = 200;
@@ -304,7 +430,9 @@ TEST(Verify, TriangleMissingInAList) {
     shell::CellLists lists = shell::unpack_lists(level, t.data.surface.lists, t.data.mesh.triangles.size());
     lists.triangle.erase(lists.triangle.begin() + std::ptrdiff_t(lists.offset[cell]));
     for (std::uint64_t c = cell + 1; c < lists.offset.size(); ++c) --lists.offset[c];
+    const std::uint64_t before = t.data.surface.lists.bytes.size();
     t.data.surface.lists = shell::pack_lists(level, lists.offset, lists.triangle);
+    t.data.info.memory_bytes -= before - t.data.surface.lists.bytes.size();
     EXPECT_EQ(failed(t.report()), std::set<std::string>{"G3 triangle lists"});
 }
 
