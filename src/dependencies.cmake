@@ -1,11 +1,27 @@
 # Libraries that single modules need, beside those every module may use.
 
-# mesh: glTF (a header; its JSON parser comes with it), and zlib for 3MF
-find_path(ITS_TINYGLTF_INCLUDE tiny_gltf.h REQUIRED)
+# formats: JSON for glTF, and zlib for 3MF
 find_package(nlohmann_json REQUIRED)
 find_package(ZLIB REQUIRED)
-target_include_directories(its SYSTEM PRIVATE ${ITS_TINYGLTF_INCLUDE})
 target_link_libraries(its PRIVATE $<BUILD_INTERFACE:nlohmann_json::nlohmann_json> ZLIB::ZLIB)
+# formats: what glTF files are packed with. A file that needs one of them is refused by name where it was not found.
+set(ITS_WITH_DRACO OFF CACHE INTERNAL "Whether Draco's glTF files are read")
+set(ITS_WITH_MESHOPTIMIZER OFF CACHE INTERNAL "Whether meshoptimizer's glTF files are read")
+# its_use_packed(<package> <option> <source>): links the library and tells the one source that it is there.
+function(its_use_packed package option source)
+  find_package(${package} CONFIG QUIET GLOBAL)
+  if(NOT TARGET ${package}::${package})
+    return()
+  endif()
+  set(ITS_WITH_${option} ON CACHE INTERNAL "")
+  target_link_libraries(its PRIVATE $<LINK_ONLY:${package}::${package}>)
+  get_target_property(folders ${package}::${package} INTERFACE_INCLUDE_DIRECTORIES)
+  list(REMOVE_ITEM folders folders-NOTFOUND ${CMAKE_CXX_IMPLICIT_INCLUDE_DIRECTORIES})
+  set_source_files_properties(${source} PROPERTIES COMPILE_DEFINITIONS ITS_${option} INCLUDE_DIRECTORIES "${folders}")
+endfunction()
+its_use_packed(draco DRACO formats/gltf_draco.cpp)
+its_use_packed(meshoptimizer MESHOPTIMIZER formats/gltf_meshopt.cpp)
+message(STATUS "glTF packed with Draco: ${ITS_WITH_DRACO}, with meshoptimizer: ${ITS_WITH_MESHOPTIMIZER}")
 # Boost.Multiprecision (headers): the predicates' fallback for coordinates outside the range of expansions.
 find_package(Boost 1.74 REQUIRED)
 target_link_libraries(its PRIVATE $<BUILD_INTERFACE:Boost::headers>)

@@ -31,7 +31,7 @@ struct CornerValues {
     }
 };
 
-using Colour = std::array<float, 4>;         ///< red, green, blue, alpha in [0, 1], as the file has them
+using Colour = std::array<float, 4>;         ///< red, green, blue (sRGB), alpha; in [0, 1]
 using TexturePoint = std::array<double, 2>;  ///< u to the right, v upwards in the picture
 
 /// What a mesh may have besides its shape. All values are finite.

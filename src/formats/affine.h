@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "geometry/vec3.h"
 
 namespace its::formats {
@@ -15,5 +17,13 @@ struct Affine {
     }
     double determinant() const { return dot(x, cross(y, z)); }
 };
+
+/// Scales, then turns by a quaternion (x, y, z, w), then shifts.
+inline Affine placed(const Vec3& shift, const std::array<double, 4>& quaternion, const Vec3& scale) {
+    const auto [x, y, z, w] = quaternion;
+    return {scale.x * Vec3{1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)},
+            scale.y * Vec3{2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)},
+            scale.z * Vec3{2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)}, shift};
+}
 
 }  // namespace its::formats

@@ -1,30 +1,24 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
-#include <fstream>  // tiny_gltf.h needs it
 #include <map>
 
-// Only the parser: no pictures, no files but through our callback, no globs of other libraries.
-#define TINYGLTF_IMPLEMENTATION
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_EXTERNAL_IMAGE
-#define TINYGLTF_NO_FS
-#include <tiny_gltf.h>
-
 #include "formats/affine.h"
+#include "formats/colours.h"
+#include "formats/gltf_data.h"
+#include "formats/gltf_model.h"
 #include "formats/readers.h"
 #include "geometry/vec3.h"
 #include "its/mesh_file.h"
 
 namespace its::formats {
 
-namespace {
+namespace gltf {
 
-using tinygltf::Model;
+namespace {
 
 std::uint32_t little_endian_32(const char* bytes) {
     std::array<unsigned char, 4> b;
@@ -33,8 +27,13 @@ std::uint32_t little_endian_32(const char* bytes) {
            std::uint32_t{b[3]} << 24;
 }
 
-/// Checks the header and the lengths of the chunks, and returns the JSON part. \throws InputError
-std::string_view check_glb(std::string_view bytes) {
+/// The parts of a GLB file; `binary` has no data if there is no such part.
+struct Chunks {
+    std::string_view json, binary;
+};
+
+/// \throws InputError unless the lengths of header and chunks fit
+Chunks split_glb(std::string_view bytes) {
     const auto bad = [](std::string_view what) {
         throw InputError(fmt::format("not a usable GLB file: {}", what));
     };
@@ -44,257 +43,48 @@ std::string_view check_glb(std::string_view bytes) {
     if (length > bytes.size()) bad(fmt::format("it has {} of {} bytes: it has been cut", bytes.size(), length));
     if (little_endian_32(bytes.data() + 16) != 0x4e4f534a) bad("the first chunk is not JSON");
     if (json == 0 || 20 + json > length) bad("its JSON is longer than the file");
-    if (const std::uint64_t begin = 20 + json; begin < length) {
-        if (begin + 8 > length) bad("its second chunk has no header");
-        if (begin + 8 + little_endian_32(bytes.data() + begin) > length)
-            bad("its second chunk is longer than the file");
+    Chunks chunks{bytes.substr(20, json), {}};
+    std::uint64_t begin = 20 + json;
+    while (begin < length) {
+        if (begin + 8 > length) bad("a chunk has no header");
+        const std::uint64_t size = little_endian_32(bytes.data() + begin);
+        if (begin + 8 + size > length) bad("a chunk is longer than the file");
+        const bool is_binary = little_endian_32(bytes.data() + begin + 4) == 0x004e4942;
+        if (is_binary && chunks.binary.data() == nullptr) chunks.binary = bytes.substr(begin + 8, size);
+        begin += 8 + size;
     }
-    return bytes.substr(20, json);
+    return chunks;
 }
 
-/// Refuses JSON that would exhaust the stack or the memory of its parsers: an empty node or material, three
-/// bytes of JSON, takes a kilobyte of tinygltf's.
-void check_json(std::string_view json, std::size_t file_bytes) {
-    constexpr int deepest = 100;
-    const std::uint64_t most = (std::uint64_t{1} << 20) + file_bytes / 32;
-    std::uint64_t objects = 0;
-    int depth = 0;
-    bool in_string = false;
-    for (std::size_t i = 0; i < json.size(); ++i) {
-        const char c = json[i];
-        if (in_string) {
-            i += c == '\\';
-            in_string = c != '"';
-        } else if (c == '"') {
-            in_string = true;
-        } else if (c == '[' || c == '{') {
-            if (++depth > deepest) throw InputError("its JSON is nested more than 100 levels deep");
-            if (++objects > most)
-                throw InputError(
-                    fmt::format("its JSON has more than {} objects and lists, out of all proportion", most));
-        } else if (c == ']' || c == '}') {
-            --depth;
-        }
-    }
-}
-
-bool is_picture(const std::filesystem::path& path) {
-    const std::string extension = lower_extension(path);
-    for (const char* known :
-         {".png", ".jpg", ".jpeg", ".webp", ".ktx", ".ktx2", ".basis", ".dds", ".tga", ".bmp", ".gif"}) {
+/// Extensions that say nothing about shape.
+bool is_about_looks(std::string_view extension) {
+    for (const std::string_view prefix : {"KHR_materials_", "EXT_materials_", "KHR_texture_", "EXT_texture_"})
+        if (extension.starts_with(prefix)) return true;
+    for (const std::string_view known :
+         {"KHR_lights_punctual", "EXT_lights_ies", "EXT_lights_image_based", "KHR_techniques_webgl",
+          "MSFT_texture_dds", "KHR_xmp", "KHR_xmp_json_ld"})
         if (extension == known) return true;
-    }
     return false;
 }
 
-/// The files beside the model, as far as they may be read.
-struct Siblings {
-    const LoadSibling& load;
-    std::uint64_t bytes = 0;  ///< of all so far
-};
-
-/// What tinygltf may load: plain paths at or below the file's own folder, 4 GiB in all, no pictures.
-bool read_sibling(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user) {
-    auto& [load, bytes] = *static_cast<Siblings*>(user);
-    if (is_picture(path)) return false;  // a warning of tinygltf's that nobody reads
-    const std::filesystem::path relative(path);
-    bool plain = !path.empty() && relative.is_relative();
-    for (const auto& part : relative) plain = plain && part != "..";
-    try {
-        if (!load || !plain)
-            throw FileError(fmt::format("file '{}' is not at or below the folder of the model", path));
-        const FileBytes file = load(path);
-        const std::string_view data = text_of(file);
-        bytes += data.size();
-        if (bytes > 0xffffffff) throw FileError("its buffers have more than 4 GiB");
-        out->assign(data.begin(), data.end());
-        return true;
-    } catch (const FileError& failure) {
-        if (error) *error += failure.what();
-        return false;
+/// \throws InputError if the file cannot be understood without an extension that we do not know
+void check_extensions(const Model& model) {
+    for (const std::string& extension : model.required) {
+        if (extension == "KHR_mesh_quantization" || extension == "EXT_mesh_gpu_instancing" ||
+            is_about_looks(extension))
+            continue;
+        const bool meshopt = extension == "EXT_meshopt_compression" || extension == "KHR_meshopt_compression";
+        if (meshopt && can_decode_meshopt()) continue;
+        if (extension == "KHR_draco_mesh_compression" && can_decode_draco()) continue;
+        throw InputError(fmt::format("it needs the glTF extension {}, which is not read; write it without",
+                                     quotable(extension)));
     }
-}
-
-Model load_model(std::string_view bytes, const LoadSibling& load) {
-    const bool binary = bytes.starts_with("glTF");
-    check_json(binary ? check_glb(bytes) : bytes, bytes.size());
-    if (bytes.size() > 0xffffffff) throw InputError("glTF files beyond 4 GiB are not read");
-    tinygltf::TinyGLTF loader;
-    const auto no_image = [](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
-                             int, void*) { return true; };
-    loader.SetImageLoader(no_image, nullptr);
-    Siblings siblings{load};
-    loader.SetFsCallbacks(
-        {[](const std::string&, void*) { return true; }, [](const std::string& path, void*) { return path; },
-         read_sibling,
-         [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; },
-         &siblings});
-    Model model;
-    std::string error, warning;
-    bool good = false;
-    try {
-        const auto size = static_cast<unsigned>(bytes.size());
-        good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                                    reinterpret_cast<const unsigned char*>(bytes.data()), size)
-                      : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, "");
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::exception& failure) {  // of the JSON library: a value of an unexpected type
-        error = failure.what();
-    }
-    if (!good) {
-        for (char& c : error) c = c == '\n' || c == '\r' ? ' ' : c;
-        throw InputError(fmt::format("not a usable glTF file: {}", error.empty() ? "malformed" : error));
-    }
-    for (const std::string& extension : model.extensionsRequired) {
-        if (extension == "KHR_draco_mesh_compression" || extension == "EXT_meshopt_compression") {
-            throw InputError(
-                fmt::format("it needs the extension {}, which is not read; write it uncompressed", extension));
-        }
-    }
-    return model;
-}
-
-template <class T>
-T load_number(const unsigned char* at) {
-    T value;
-    std::memcpy(&value, at, sizeof(T));  // glTF is little-endian, as are all machines that we build for
-    return value;
-}
-static_assert(std::endian::native == std::endian::little);
-
-/// Elements whose bytes are known to be there.
-struct View {
-    const unsigned char* data = nullptr;
-    std::size_t count = 0, stride = 0;
-    int component = 0;
-    bool normalized = false;
-
-    std::size_t component_size() const {
-        return std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(component)));
-    }
-
-    /// Component k of element i; fixed-point ones as in the glTF specification, 3.6.2.2.
-    double value(std::size_t i, std::size_t k) const {
-        const unsigned char* const at = data + i * stride + k * component_size();
-        const auto scaled = [&](double v, double largest) {
-            return normalized ? std::max(v / largest, -1.0) : v;
-        };
-        switch (component) {
-            case TINYGLTF_COMPONENT_TYPE_BYTE:
-                return scaled(load_number<std::int8_t>(at), 127);
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-                return scaled(load_number<std::uint8_t>(at), 255);
-            case TINYGLTF_COMPONENT_TYPE_SHORT:
-                return scaled(load_number<std::int16_t>(at), 32767);
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-                return scaled(load_number<std::uint16_t>(at), 65535);
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-                return load_number<std::uint32_t>(at);
-            default:
-                return double{load_number<float>(at)};
-        }
-    }
-
-    void append_to(std::vector<double>& numbers, std::size_t components) const {
-        numbers.reserve(numbers.size() + count * components);
-        for (std::size_t i = 0; i < count; ++i) {
-            for (std::size_t k = 0; k < components; ++k) numbers.push_back(value(i, k));
-        }
-    }
-};
-
-[[noreturn]] void bad_accessor(int index, std::string_view what) {
-    throw InputError(fmt::format("glTF accessor {}: {}", index, what));
-}
-
-/// `count` elements of `components` numbers each. \throws InputError unless they lie within their buffer.
-View view_of(const Model& model, int accessor, int buffer_view, std::size_t offset, int component,
-             std::size_t components, std::size_t count) {
-    if (buffer_view < 0 || std::size_t(buffer_view) >= model.bufferViews.size())
-        bad_accessor(accessor, "it has no data");
-    const tinygltf::BufferView& part = model.bufferViews[std::size_t(buffer_view)];
-    if (part.buffer < 0 || std::size_t(part.buffer) >= model.buffers.size())
-        bad_accessor(accessor, "it has no buffer");
-    const std::vector<unsigned char>& bytes = model.buffers[std::size_t(part.buffer)].data;
-    const int known = tinygltf::GetComponentSizeInBytes(std::uint32_t(component));
-    if (known <= 0 || known > 4 || component == TINYGLTF_COMPONENT_TYPE_INT)
-        bad_accessor(accessor, "unknown kind of number");
-
-    const std::size_t size = std::size_t(known) * components;
-    const std::size_t stride = part.byteStride != 0 ? part.byteStride : size;
-    const std::size_t room = part.byteLength - std::min(part.byteLength, offset);
-    if (part.byteOffset > bytes.size() || part.byteLength > bytes.size() - part.byteOffset ||
-        offset > part.byteLength || (count > 0 && (room < size || count - 1 > (room - size) / stride))) {
-        bad_accessor(accessor, "it lies outside of its buffer");
-    }
-    return {.data = bytes.data() + part.byteOffset + offset,
-            .count = count,
-            .stride = stride,
-            .component = component};
-}
-
-/// The numbers of accessor `index`, one after the other. \throws InputError unless it has this type and its
-/// bytes are there.
-std::vector<double> numbers_of(const Model& model, int index, int type, MeshBuilder& mesh) {
-    if (index < 0 || std::size_t(index) >= model.accessors.size()) bad_accessor(index, "there is none");
-    const tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
-    if (accessor.type != type) bad_accessor(index, "it has the wrong type");
-    const auto components = std::size_t(std::max(tinygltf::GetNumComponentsInType(std::uint32_t(type)), 1));
-    const bool sparse = accessor.sparse.isSparse;
-    if (accessor.bufferView < 0 && !sparse) bad_accessor(index, "it has no data");
-    mesh.charge_instance(accessor.count);
-    std::vector<double> numbers;
-    if (accessor.bufferView >= 0) {
-        View view = view_of(model, index, accessor.bufferView, accessor.byteOffset, accessor.componentType,
-                            components, accessor.count);
-        view.normalized = accessor.normalized;
-        view.append_to(numbers, components);
-    } else {
-        numbers.resize(accessor.count * components);  // zeros, says the specification
-    }
-    if (!sparse) return numbers;
-
-    const auto& changes = accessor.sparse;
-    const auto count = std::size_t(std::max(changes.count, 0));
-    const View places =
-        view_of(model, index, changes.indices.bufferView, std::size_t(changes.indices.byteOffset),
-                changes.indices.componentType, 1, count);
-    View values = view_of(model, index, changes.values.bufferView, std::size_t(changes.values.byteOffset),
-                          accessor.componentType, components, count);
-    values.normalized = accessor.normalized;
-    for (std::size_t i = 0; i < count; ++i) {
-        const double place = places.value(i, 0);
-        if (!(place >= 0 && place < double(accessor.count))) bad_accessor(index, "a sparse index out of range");
-        for (std::size_t k = 0; k < components; ++k)
-            numbers[std::size_t(place) * components + k] = values.value(i, k);
-    }
-    return numbers;
-}
-
-/// A node's own transform: its matrix (column-major), or translation · rotation · scale.
-Affine transform_of(const tinygltf::Node& node) {
-    Affine map;
-    if (const auto& m = node.matrix; m.size() == 16) {
-        return {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}, {m[12], m[13], m[14]}};
-    }
-    if (const auto& q = node.rotation; q.size() == 4) {
-        const double x = q[0], y = q[1], z = q[2], w = q[3];
-        map.x = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)};
-        map.y = {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)};
-        map.z = {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)};
-    }
-    if (const auto& s = node.scale; s.size() == 3) {
-        map.x = s[0] * map.x, map.y = s[1] * map.y, map.z = s[2] * map.z;
-    }
-    if (const auto& t = node.translation; t.size() == 3) map.shift = {t[0], t[1], t[2]};
-    return map;
 }
 
 class SceneReader {
 public:
-    SceneReader(const Model& model, MeshBuilder& mesh)
-        : model_(model), mesh_(mesh), seen_(model.nodes.size()) {}
+    SceneReader(const Model& model, Data& data, MeshBuilder& mesh)
+        : model_(model), data_(data), mesh_(mesh), seen_(model.nodes.size()) {}
 
     void read() {
         if (model_.nodes.empty()) {  // no scene: the meshes as they are
@@ -304,21 +94,17 @@ public:
         }
         if (skipped_ > 0) mesh_.warn(fmt::format("{} primitive(s) of points or lines not read", skipped_));
         if (skinned_) mesh_.warn("skins and morph targets are not applied");
+        if (!plain_.empty())
+            mesh_.warn(fmt::format("data of {} cannot be read: the file's uncompressed ones are", plain_));
     }
 
 private:
-    /// The vertices of an accessor: the first one's number, and how many.
-    struct Points {
-        std::int64_t first;
-        std::size_t count;
-    };
-
     /// The nodes of the default scene, or of the first, or all that are nobody's child.
     std::vector<int> roots() const {
         if (!model_.scenes.empty()) {
-            const auto chosen = std::size_t(std::max(model_.defaultScene, 0));
-            if (chosen >= model_.scenes.size()) throw InputError("the glTF default scene does not exist");
-            return model_.scenes[chosen].nodes;
+            if (std::size_t(model_.scene) >= model_.scenes.size())
+                throw InputError("the glTF default scene does not exist");
+            return model_.scenes[std::size_t(model_.scene)];
         }
         std::vector<bool> is_child(model_.nodes.size());
         for (const auto& node : model_.nodes) {
@@ -343,116 +129,222 @@ private:
             if (seen_[std::size_t(index)])
                 throw InputError(fmt::format("the glTF node {} has two parents", index));
             seen_[std::size_t(index)] = true;
-            const tinygltf::Node& node = model_.nodes[std::size_t(index)];
-            const Affine map = outer * transform_of(node);
-            skinned_ = skinned_ || node.skin >= 0;
-            if (node.mesh >= 0) add_mesh(node.mesh, map);
+            const Node& node = model_.nodes[std::size_t(index)];
+            const Affine map = outer * node.map;
+            skinned_ = skinned_ || node.skinned;
+            if (node.mesh != none)
+                for (const Affine& copy : copies(node)) add_mesh(node.mesh, map * copy);
             for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
                 pending.emplace_back(*child, map);
             }
         }
     }
 
+    /// Where a node's mesh is drawn, within the node: once, or where EXT_mesh_gpu_instancing says. Instances
+    /// that cannot be read are an error only in a file that cannot do without them.
+    std::vector<Affine> copies(const Node& node) {
+        if (!node.instances && node.bad_instances.empty()) return {Affine{}};
+        try {
+            if (!node.instances) throw InputError(node.bad_instances);
+            return instances(*node.instances);
+        } catch (const InputError& error) {
+            constexpr const char* name = "EXT_mesh_gpu_instancing";
+            if (model_.needs(name)) throw InputError(fmt::format("{}: {}", name, error.what()));
+            mesh_.warn(fmt::format("{}: {}; read without instances", name, quotable(error.what(), 90)));
+            return {Affine{}};
+        }
+    }
+
+    std::vector<Affine> instances(const Instances& of) {
+        const auto read = [&](int accessor, Type type) {
+            return accessor == none ? std::vector<double>{} : data_.numbers(accessor, type);
+        };
+        const std::vector<double> t = read(of.translation, Type::vec3), r = read(of.rotation, Type::vec4),
+                                  s = read(of.scale, Type::vec3);
+        const std::size_t count = std::max({t.size() / 3, r.size() / 4, s.size() / 3});
+        const auto fits = [&](int accessor, std::size_t found) { return accessor == none || found == count; };
+        if (of.translation == none && of.rotation == none && of.scale == none)
+            throw InputError("neither translations nor rotations nor scales");
+        if (!fits(of.translation, t.size() / 3) || !fits(of.rotation, r.size() / 4) ||
+            !fits(of.scale, s.size() / 3))
+            throw InputError("not as many translations as rotations and scales");
+        std::vector<Affine> found;
+        for (std::size_t i = 0; i < count; ++i) {
+            std::array<double, 4> q = {0, 0, 0, 1};
+            if (!r.empty()) {  // of length 1 but for the rounding of 8 or 16 bits
+                std::copy_n(r.begin() + std::ptrdiff_t(4 * i), 4, q.begin());
+                const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+                if (!(length > 0 && std::isfinite(length))) throw InputError("a rotation is none");
+                for (double& x : q) x /= length;
+            }
+            const auto vector = [&](const std::vector<double>& from, double missing) {
+                return from.empty() ? Vec3{missing, missing, missing}
+                                    : Vec3{from[3 * i], from[3 * i + 1], from[3 * i + 2]};
+            };
+            found.push_back(placed(vector(t, 0), q, vector(s, 1)));
+        }
+        return found;
+    }
+
+    /// What the vertices of a primitive are made of.
+    struct Source {
+        std::array<int, attributes> accessors;
+        const Draco* draco;
+        auto operator<=>(const Source&) const = default;
+    };
+    /// The vertices of a source: the first one's number, and how many.
+    struct Points {
+        std::int64_t first;
+        std::size_t count;
+    };
+
     void add_mesh(int index, const Affine& map) {
         if (std::size_t(index) >= model_.meshes.size()) throw InputError("a glTF mesh does not exist");
-        std::map<VertexAccessors, Points> points_of;  // of this mesh; primitives may share them
-        for (const auto& primitive : model_.meshes[std::size_t(index)].primitives) {
-            const int mode = primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-            if (mode < TINYGLTF_MODE_TRIANGLES || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+        mesh_.charge_instance(1);
+        std::map<Source, Points> points_of;  // of this mesh; primitives may share them
+        for (const Primitive& primitive : model_.meshes[std::size_t(index)].primitives) {
+            if (primitive.mode < triangles || primitive.mode > fan) {
                 ++skipped_;
                 continue;
             }
-            skinned_ = skinned_ || !primitive.targets.empty();
-            const VertexAccessors accessors = accessors_of(primitive);
-            if (!primitive.attributes.contains("POSITION"))
-                continue;  // nothing to draw, says the specification
+            skinned_ = skinned_ || primitive.morphs;
+            if (primitive.accessors[position] == none) continue;  // nothing to draw, says the specification
+            const Unpacked* const unpacked = primitive.draco ? unpack(primitive) : nullptr;
+            const Source source{wanted(primitive), unpacked != nullptr ? &*primitive.draco : nullptr};
             const auto [points, added] =
-                points_of.try_emplace(accessors, Points{std::int64_t(mesh_.vertex_count()), 0});
-            if (added) points->second.count = add_vertices(accessors, map);
-            add_primitive(primitive, mode, points->second, map.determinant() < 0);
+                points_of.try_emplace(source, Points{std::int64_t(mesh_.vertex_count()), 0});
+            if (added) points->second.count = add_vertices(source.accessors, unpacked, map);
+            add_primitive(primitive, unpacked, points->second, map.determinant() < 0);
         }
     }
 
-    /// Those of POSITION, COLOR_0, TEXCOORD_0 and NORMAL; −1: none, or not asked for.
-    using VertexAccessors = std::array<int, 4>;
-
-    VertexAccessors accessors_of(const tinygltf::Primitive& primitive) const {
-        constexpr const char* names[] = {"POSITION", "COLOR_0", "TEXCOORD_0", "NORMAL"};
-        VertexAccessors accessors;
-        for (std::size_t i = 0; i < accessors.size(); ++i) {
-            const auto found = primitive.attributes.find(names[i]);
-            const bool wanted = i == 0 || mesh_.wants_attributes();
-            accessors[i] = wanted && found != primitive.attributes.end() ? found->second : -1;
-        }
+    /// A primitive's accessors; none for attributes that were not asked for.
+    std::array<int, attributes> wanted(const Primitive& primitive) const {
+        std::array<int, attributes> accessors = primitive.accessors;
+        if (!mesh_.wants_attributes()) std::fill(accessors.begin() + 1, accessors.end(), none);
         return accessors;
     }
 
-    std::size_t add_vertices(const VertexAccessors& accessors, const Affine& map) {
-        const std::vector<double> p = numbers_of(model_, accessors[0], TINYGLTF_TYPE_VEC3, mesh_);
+    /// What Draco packed, unpacked once; null where it cannot be and the file has it uncompressed too.
+    const Unpacked* unpack(const Primitive& primitive) {
+        const Draco& packed = *primitive.draco;
+        if (const auto known = unpacked_.find(&packed); known != unpacked_.end())
+            return known->second ? &*known->second : nullptr;
+        std::optional<Unpacked> found;
+        try {
+            std::array<Wanted, attributes> types;
+            const std::array<int, attributes> accessors = wanted(primitive);
+            for (std::size_t i = 0; i < std::size_t{attributes}; ++i) {
+                if (accessors[i] == none) continue;
+                const Accessor& accessor = data_.accessor(accessors[i]);
+                types[i].type = accessor.type;
+                const std::size_t bytes = component_size(accessor.place.component);
+                if (accessor.normalized) types[i].unit = bytes == 1 ? 255 : 65535;
+            }
+            found = decode_draco(packed, data_.view(packed.view), types,
+                                 [&](std::uint64_t claimed) { mesh_.charge_instance(claimed); });
+        } catch (const InputError&) {
+            constexpr const char* name = "KHR_draco_mesh_compression";
+            if (model_.needs(name) || !data_.has_view(primitive.accessors[position])) throw;
+            plain_ = name;
+        }
+        const auto& kept = unpacked_.emplace(&packed, std::move(found)).first->second;
+        return kept ? &*kept : nullptr;
+    }
+
+    /// The numbers of an attribute, which has as many elements as there are vertices.
+    std::vector<double> numbers(Attribute attribute, int accessor, Type type, const Unpacked* unpacked) {
+        if (unpacked == nullptr || unpacked->numbers[attribute].empty()) return data_.numbers(accessor, type);
+        mesh_.charge_instance(unpacked->numbers[attribute].size() / std::size_t(type));
+        if (data_.accessor(accessor).type != type)
+            throw InputError(fmt::format("glTF accessor {}: it has the wrong type", accessor));
+        return unpacked->numbers[attribute];
+    }
+
+    std::size_t add_vertices(const std::array<int, attributes>& accessors, const Unpacked* unpacked,
+                             const Affine& map) {
+        const std::vector<double> p = numbers(position, accessors[position], Type::vec3, unpacked);
         const std::uint64_t first = mesh_.vertex_count();
+        const std::size_t count = p.size() / 3;
         for (std::size_t i = 0; i < p.size(); i += 3) mesh_.add_vertex(map({p[i], p[i + 1], p[i + 2]}));
-        if (accessors[1] >= 0) add_colours(accessors[1], first, p.size() / 3);
-        if (accessors[2] >= 0) {  // their v points down
-            const std::vector<double> uv = attribute(accessors[2], TINYGLTF_TYPE_VEC2, p.size() / 3);
+        const auto read = [&](Attribute attribute, Type type) {
+            std::vector<double> found = numbers(attribute, accessors[attribute], type, unpacked);
+            if (found.size() != count * std::size_t(type))
+                throw InputError(
+                    fmt::format("glTF accessor {}: it has not as many elements as there are vertices, {}",
+                                accessors[attribute], count));
+            return found;
+        };
+        if (accessors[colour] != none) {
+            const bool opaque = data_.accessor(accessors[colour]).type == Type::vec3;
+            add_colours(accessors[colour], read(colour, opaque ? Type::vec3 : Type::vec4), first,
+                        opaque ? 3 : 4);
+        }
+        if (accessors[texture] != none) {  // their v points down
+            const std::vector<double> uv = read(texture, Type::vec2);
             for (std::size_t i = 0; i < uv.size(); i += 2)
                 mesh_.texture.set_vertex(first + i / 2, {uv[i], 1 - uv[i + 1]});
         }
-        if (accessors[3] >= 0) {
-            // Normals go by the cofactors of the map, which is its inverse transposed but for a factor.
-            const Affine turned{cross(map.y, map.z), cross(map.z, map.x), cross(map.x, map.y), {}};
-            const std::vector<double> n = attribute(accessors[3], TINYGLTF_TYPE_VEC3, p.size() / 3);
-            const double side = map.determinant() < 0 ? -1 : 1;
-            for (std::size_t i = 0; i < n.size(); i += 3) {
-                const Vec3 normal = side * turned({n[i], n[i + 1], n[i + 2]});
-                const double length = norm(normal);
-                mesh_.normals.set_vertex(first + i / 3, length > 0 ? (1 / length) * normal : Vec3{});
+        if (accessors[normal] != none) add_normals(read(normal, Type::vec3), first, map);
+        return count;
+    }
+
+    /// They are linear; ours are sRGB. Bytes of that, which need 16 bits here, become the same bytes again.
+    void add_colours(int accessor, const std::vector<double>& c, std::uint64_t first, std::size_t components) {
+        constexpr int bytes = 5121, shorts = 5123;
+        const int kind = data_.accessor(accessor).place.component;
+        bool of_bytes = kind == shorts;
+        for (std::size_t i = 0; i < c.size() && of_bytes; ++i)
+            of_bytes = i % components == 3 || is_of_byte(c[i]);
+        for (std::size_t i = 0; i < c.size(); i += components) {
+            Colour srgb = {0, 0, 0, components == 4 ? float(c[i + 3]) : 1.0F};
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double x = srgb_of_linear(c[i + k]);
+                srgb[k] = float(of_bytes ? std::round(255 * x) / 255 : x);
             }
+            mesh_.colours.set_vertex(first + i / components, srgb);
         }
-        return p.size() / 3;
+        mesh_.byte_colours |= kind == bytes || of_bytes;
     }
 
-    void add_colours(int accessor, std::uint64_t first, std::size_t count) {
-        const bool in_range = std::size_t(accessor) < model_.accessors.size();
-        const int type = in_range ? model_.accessors[std::size_t(accessor)].type : TINYGLTF_TYPE_VEC4;
-        const std::size_t components = type == TINYGLTF_TYPE_VEC3 ? 3 : 4;
-        const std::vector<double> c =
-            attribute(accessor, components == 3 ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC4, count);
-        for (std::size_t i = 0; i < c.size(); i += components)
-            mesh_.colours.set_vertex(first + i / components, {float(c[i]), float(c[i + 1]), float(c[i + 2]),
-                                                              components == 4 ? float(c[i + 3]) : 1.0F});
-        mesh_.byte_colours |=
-            model_.accessors[std::size_t(accessor)].componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
-    }
-
-    /// \throws InputError unless there are as many elements as vertices
-    std::vector<double> attribute(int accessor, int type, std::size_t vertices) const {
-        std::vector<double> numbers = numbers_of(model_, accessor, type, mesh_);
-        if (model_.accessors[std::size_t(accessor)].count != vertices)
-            bad_accessor(accessor,
-                         fmt::format("it has not as many elements as there are vertices, {}", vertices));
-        return numbers;
-    }
-
-    void add_primitive(const tinygltf::Primitive& primitive, int mode, const Points& points, bool mirrored) {
-        std::vector<double> indices;
-        const bool indexed = primitive.indices >= 0;
-        if (indexed) {
-            indices = numbers_of(model_, primitive.indices, TINYGLTF_TYPE_SCALAR, mesh_);
-            const auto& accessor = model_.accessors[std::size_t(primitive.indices)];
-            if (accessor.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT || accessor.normalized)
-                throw InputError("glTF indices must be whole numbers");
+    /// Normals go by the cofactors of the map, which is its inverse transposed but for a factor.
+    void add_normals(const std::vector<double>& n, std::uint64_t first, const Affine& map) {
+        const Affine turned{cross(map.y, map.z), cross(map.z, map.x), cross(map.x, map.y), {}};
+        const double side = map.determinant() < 0 ? -1 : 1;
+        for (std::size_t i = 0; i < n.size(); i += 3) {
+            const Vec3 direction = side * turned({n[i], n[i + 1], n[i + 2]});
+            const double length = norm(direction);
+            mesh_.normals.set_vertex(first + i / 3, length > 0 ? (1 / length) * direction : Vec3{});
         }
+    }
+
+    /// The indices of a primitive; empty if it has none.
+    std::vector<double> indices_of(const Primitive& primitive) {
+        if (primitive.indices == none) return {};
+        std::vector<double> indices = data_.numbers(primitive.indices, Type::scalar);
+        const Accessor& accessor = data_.accessor(primitive.indices);
+        constexpr int real = 5126;
+        if (accessor.place.component == real || accessor.normalized)
+            throw InputError("glTF indices must be whole numbers");
+        return indices;
+    }
+
+    void add_primitive(const Primitive& primitive, const Unpacked* unpacked, const Points& points,
+                       bool mirrored) {
+        const std::vector<double> own = unpacked == nullptr ? indices_of(primitive) : std::vector<double>{};
+        const std::vector<double>& indices = unpacked == nullptr ? own : unpacked->indices;
+        const bool indexed = unpacked != nullptr || primitive.indices != none;
+        const std::int64_t mode = unpacked == nullptr ? primitive.mode : std::int64_t{triangles};
         const std::size_t count = indexed ? indices.size() : points.count;
         const auto vertex = [&](std::size_t i) {
             const std::int64_t v = indexed ? std::int64_t(indices[i]) : std::int64_t(i);
             return v >= 0 && std::size_t(v) < points.count ? points.first + v : -1;
         };
-        const std::size_t step = mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1;
+        const std::size_t step = mode == triangles ? 3 : 1;
         mesh_.charge_instance(count / step);
         for (std::size_t i = 2; i < count; i += step) {
-            const bool odd = mode == TINYGLTF_MODE_TRIANGLE_STRIP && i % 2 == 1;
-            const std::int64_t a = vertex(mode == TINYGLTF_MODE_TRIANGLE_FAN ? 0 : i - 2), b = vertex(i - 1),
-                               c = vertex(i);
+            const bool odd = mode == strip && i % 2 == 1;
+            const std::int64_t a = vertex(mode == fan ? 0 : i - 2), b = vertex(i - 1), c = vertex(i);
             // In strips, a triangle with a repeated index only steers.
             if (step == 1 && (a == b || b == c || c == a) && a >= 0 && b >= 0 && c >= 0) continue;
             odd != mirrored ? mesh_.add_triangle(b, a, c) : mesh_.add_triangle(a, b, c);
@@ -460,21 +352,29 @@ private:
     }
 
     const Model& model_;
+    Data& data_;
     MeshBuilder& mesh_;
     std::vector<bool> seen_;
+    std::map<const Draco*, std::optional<Unpacked>> unpacked_;
     std::uint64_t skipped_ = 0;
     bool skinned_ = false;
+    std::string plain_;  ///< the extension whose data were not read, but uncompressed ones
 };
 
 }  // namespace
 
+}  // namespace gltf
+
 MeshFile parse_gltf(std::string_view bytes, const LoadSibling& load, const ReadOptions& options) {
-    const Model model = load_model(bytes, load);
+    const bool binary = bytes.starts_with("glTF");
+    const gltf::Chunks chunks = binary ? gltf::split_glb(bytes) : gltf::Chunks{bytes, {}};
+    const gltf::Model model = gltf::parse_model(chunks.json, bytes.size());
+    gltf::check_extensions(model);
     MeshBuilder mesh(bytes.size(), options);
-    SceneReader(model, mesh).read();
-    if (options.attributes && !(model.materials.empty() && model.images.empty()))
-        mesh.warn_not_carried("materials and textures");
-    return mesh.finish(bytes.starts_with("glTF") ? "glb" : "gltf");
+    gltf::Data data(model, chunks.binary, load, mesh);
+    gltf::SceneReader(model, data, mesh).read();
+    if (options.attributes && model.materials) mesh.warn_not_carried("materials and textures");
+    return mesh.finish(binary ? "glb" : "gltf");
 }
 
 }  // namespace its::formats

@@ -10,6 +10,7 @@
 #include "formats/affine.h"
 #include "formats/archive.h"
 #include "formats/readers.h"
+#include "formats/slicer_parts.h"
 #include "formats/text.h"
 #include "formats/xml.h"
 #include "its/mesh_file.h"
@@ -107,13 +108,14 @@ public:
         }
     }
 
-    /// Adds all that is built to the mesh. \throws InputError
-    void build(MeshBuilder& mesh) const {
+    /// Adds all that is built to the mesh, without what `slicer` leaves out. \throws InputError
+    void build(MeshBuilder& mesh, const std::string& root, SlicerParts& slicer) {
+        root_ = root, slicer_ = &slicer;
         if (beams_) mesh.warn("beams of the 3MF file are not read, only triangles");
         for (const Reference& item : items_) add(item, Affine{}, 0, mesh);
         if (!items_.empty()) return;
         mesh.warn("the 3MF file builds nothing: all its meshes are read as they are");
-        for (const auto& [key, object] : objects_) add_mesh(object, Affine{}, mesh);
+        for (const auto& [key, object] : objects_) add_mesh(key, object, Affine{}, mesh);
     }
 
 private:
@@ -151,31 +153,43 @@ private:
                 transform_of(tag)};
     }
 
-    void add(const Reference& use, const Affine& outer, int depth, MeshBuilder& mesh) const {
+    void add(const Reference& use, const Affine& outer, int depth, MeshBuilder& mesh) {
         if (depth > deepest) throw InputError("components of the 3MF file are nested more than 64 levels deep");
         const auto object = objects_.find(use.object);
         if (object == objects_.end())
             throw InputError(fmt::format("the 3MF file uses object {}, which is not in it", use.object.second));
         const Affine map = outer * use.map;
-        add_mesh(object->second, map, mesh);
-        for (const Reference& component : object->second.components) add(component, map, depth + 1, mesh);
+        add_mesh(object->first, object->second, map, mesh);
+        const bool in_root = use.object.first == root_;
+        for (const Reference& component : object->second.components)
+            if (!in_root || !slicer_->leaves_out(use.object.second, component.object.second))
+                add(component, map, depth + 1, mesh);
     }
 
-    static void add_mesh(const Object& object, const Affine& map, MeshBuilder& mesh) {
+    void add_mesh(const Key& key, const Object& object, const Affine& map, MeshBuilder& mesh) const {
         const std::size_t count = object.vertices.size();
-        mesh.charge_instance(1 + count + object.triangles.size());
+        mesh.charge_instance(1 + count + object.triangles.size() + slicer_->count(key.second));
         const auto first = std::int64_t(mesh.vertex_count());
         for (const Vec3& p : object.vertices) mesh.add_vertex(map(p));
         const auto corner = [&](std::uint32_t v) { return v < count ? first + v : std::int64_t{-1}; };
         const bool mirrored = map.determinant() < 0;
-        for (const Triangle& t : object.triangles) {
-            mesh.add_triangle(corner(t[mirrored ? 1 : 0]), corner(t[mirrored ? 0 : 1]), corner(t[2]));
-        }
+        const auto add_range = [&](std::uint64_t begin, std::uint64_t end) {
+            for (std::uint64_t i = begin; i < end; ++i) {
+                const Triangle& t = object.triangles[i];
+                mesh.add_triangle(corner(t[mirrored ? 1 : 0]), corner(t[mirrored ? 0 : 1]), corner(t[2]));
+            }
+        };
+        if (key.first == root_)
+            slicer_->for_solid_triangles(key.second, object.triangles.size(), add_range);
+        else
+            add_range(0, object.triangles.size());
     }
 
     std::map<Key, Object> objects_;
     std::vector<Reference> items_;
     bool beams_ = false;
+    std::string root_;  ///< the part whose objects slicers speak of
+    SlicerParts* slicer_ = nullptr;
     std::string part_;  // being read, as are:
     Object* object_ = nullptr;
     bool in_mesh_ = false;
@@ -211,7 +225,9 @@ MeshFile parse_3mf(std::string_view bytes, const ReadOptions& options) {
     }
     if (!any) throw InputError(fmt::format("not a 3MF file: no part '{}' in the archive", root));
     MeshBuilder mesh(bytes.size());
-    package.build(mesh);
+    SlicerParts slicer(files);
+    package.build(mesh, root, slicer);
+    for (const std::string& line : slicer.lines()) mesh.warn(line);
     if (options.attributes) {
         for (const auto& [name, content] : files)
             if (part_name(name).ends_with(".model") && (content.find("colorgroup") != std::string::npos ||

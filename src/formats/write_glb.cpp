@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "formats/colours.h"
 #include "formats/writers.h"
 #include "geometry/vec3.h"
 #include "its/mesh_file.h"
@@ -15,14 +16,14 @@ namespace its::formats {
 namespace {
 
 /// glTF 2.0 names its numbers' types and buffers' uses so.
-constexpr int gltf_float = 5126, gltf_uint32 = 5125, gltf_byte = 5121, gltf_vertices = 34962,
+constexpr int gltf_float = 5126, gltf_uint32 = 5125, gltf_uint16 = 5123, gltf_vertices = 34962,
               gltf_indices = 34963;
 
 /// Bytes of a mesh in the buffer.
 std::uint64_t bytes_of(const GlbMesh& named) {
     const auto& [colours, texture, normals, bytes] = named.attributes;
     return 12 * (named.mesh->vertices.size() + named.mesh->triangles.size()) + 12 * normals.size() +
-           8 * texture.size() + (bytes ? 4 : 16) * colours.size();
+           8 * texture.size() + (bytes ? 8 : 16) * colours.size();
 }
 
 /// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away
@@ -87,8 +88,8 @@ nlohmann::ordered_json glb_json(std::span<const GlbMesh> meshes, const Vec3& cen
                 12 * mesh.triangles.size(), gltf_indices);
         if (!colours.empty()) {
             Json accessor = floats("VEC4");
-            if (bytes) accessor["componentType"] = gltf_byte, accessor["normalized"] = true;
-            attributes["COLOR_0"] = add(accessor, (bytes ? 4 : 16) * count, gltf_vertices);
+            if (bytes) accessor["componentType"] = gltf_uint16, accessor["normalized"] = true;
+            attributes["COLOR_0"] = add(accessor, (bytes ? 8 : 16) * count, gltf_vertices);
         }
         if (!texture.empty()) attributes["TEXCOORD_0"] = add(floats("VEC2"), 8 * count, gltf_vertices);
         if (!normals.empty()) attributes["NORMAL"] = add(floats("VEC3"), 12 * count, gltf_vertices);
@@ -102,12 +103,21 @@ nlohmann::ordered_json glb_json(std::span<const GlbMesh> meshes, const Vec3& cen
     return json;
 }
 
+/// In linear light, as glTF has it, except for alpha. 8 bits of sRGB need more than 8 bits there.
+void write_colour(const Colour& colour, bool bytes, NewFile& file) {
+    for (std::size_t k = 0; k < 4; ++k) {
+        const double x = std::clamp(double{colour[k]}, 0.0, 1.0);
+        const double linear = k < 3 ? linear_of_srgb(x) : x;
+        bytes ? file.raw(std::uint16_t(std::lround(linear * 65535))) : file.raw(float(linear));
+    }
+}
+
 void write_glb_data(const GlbMesh& named, const Vec3& centre, NewFile& file) {
     for (const Vec3& v : named.mesh->vertices)
         for (int axis = 0; axis < 3; ++axis) file.raw(float(v[axis] - centre[axis]));
     for (const auto& [a, b, c] : named.mesh->triangles) file.raw(a).raw(b).raw(c);
     for (const Colour& colour : named.attributes.colours)
-        for (const float x : colour) named.attributes.byte_colours ? file.raw(byte_of(x)) : file.raw(x);
+        write_colour(colour, named.attributes.byte_colours, file);
     for (const auto& [u, v] : named.attributes.texture) file.raw(float(u)).raw(float(1 - v));  // v points down
     for (const Vec3& n : named.attributes.normals) file.raw(float(n.x)).raw(float(n.y)).raw(float(n.z));
 }

@@ -193,10 +193,49 @@ TEST(Attributes, RoundTripsKeepEveryValueThatTheFormatHolds) {
                 for (std::size_t k = 0; k < 3; ++k) {
                     Colour expected = a.colours.at(t, k);
                     if (std::string(name) == "m.obj") expected[3] = 1;
-                    EXPECT_EQ(back.attributes.colours.at(t, k), expected);
+                    const Colour found = back.attributes.colours.at(t, k);
+                    if (std::string(name) == "m.glb" && !bytes) {  // to linear light and back, in 32 bits
+                        for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(found[i], expected[i], 1e-6);
+                    } else {
+                        EXPECT_EQ(found, expected);
+                    }
                 }
             }
         }
+}
+
+TEST(Attributes, ColoursOfGltfAreLinear) {
+    const samples::TemporaryFolder folder;
+    Mesh mesh = zoo::tetrahedron();
+    MeshAttributes a;
+    a.byte_colours = true;
+    for (std::uint32_t i = 0; i < 256; ++i) {  // every byte
+        a.colours.values.push_back({float(i) / 255, float(255 - i) / 255, 128.0F / 255, float(i) / 255});
+        a.colours.corners.push_back({i, i, i});
+        if (i >= 4) mesh.triangles.push_back(mesh.triangles[i % 4]);
+    }
+    write_mesh(mesh, a, folder / "m.glb");
+    write_mesh(mesh, a, folder / "m.ply");
+    const MeshFile glb = read_mesh(folder / "m.glb", with_attributes);
+    EXPECT_TRUE(glb.attributes.byte_colours);
+    for (std::uint32_t t = 0; t < 256; ++t) EXPECT_EQ(glb.attributes.colours.at(t, 0), a.colours.at(t, 0));
+    // And so the PLY made of the GLB has the bytes of the first.
+    write_mesh(glb.mesh, glb.attributes, folder / "again.ply");
+    const MeshFile ply = read_mesh(folder / "m.ply", with_attributes),
+                   again = read_mesh(folder / "again.ply", with_attributes);
+    for (std::uint32_t t = 0; t < 256; ++t)
+        EXPECT_EQ(again.attributes.colours.at(t, 0), ply.attributes.colours.at(t, 0));
+    // sRGB 128 is 0.21586 of the light: 14146.4 of 65,535.
+    const std::string bytes = samples::read_file(folder / "m.glb");
+    EXPECT_NE(bytes.find(raw(std::uint16_t{0}) + raw(std::uint16_t{65535}) + raw(std::uint16_t{14146}) +
+                         raw(std::uint16_t{0})),
+              std::string::npos);
+    // Others' linear bytes: 55 / 255 is shown as sRGB 0.5018.
+    std::string file = coloured_glb(3, "VEC4");
+    file.replace(file.find(std::string("\xff\0\0\xff\0\xff", 6)), 1, std::string(1, char(55)));
+    const MeshFile others = formats::parse_gltf(file, {}, with_attributes);
+    EXPECT_NEAR(others.attributes.colours.at(0, 1)[0], 0.50177, 5e-6);
+    EXPECT_TRUE(others.attributes.byte_colours);
 }
 
 TEST(Attributes, WithoutThemTheBytesAreTheSame) {

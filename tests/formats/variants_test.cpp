@@ -60,6 +60,123 @@ TEST(Variants, FilesOfReports) {
               (std::vector<Vec3>{{0.5, 0.25, 1.5}, {0.5, 0.5, 0.5}, {1.5, 1.5, 2.5}}));
 }
 
+TEST(Variants, GltfFilesOfReports) {
+    expect_tetrahedron(read_mesh(data("data_uri_other_type.gltf")), "data URI");
+    const MeshFile instances = read_mesh(data("gpu_instancing_required.glb"));
+    const MeshReport report = inspect(instances.mesh);
+    EXPECT_EQ(report.triangles, 8u);
+    EXPECT_EQ(report.bounds.min, (Vec3{0, 0, 0}));
+    EXPECT_EQ(report.bounds.max, (Vec3{11, 2, 3}));
+    for (const auto& [name, extension] : {std::pair{"unknown_required_extension.glb", "XYZ_unknown_geometry"},
+                                          {"draco_required.glb", "KHR_draco_mesh_compression"},
+                                          {"meshopt_khr_required.glb", "KHR_meshopt_compression"}})
+        EXPECT_THAT(error_of([&, file = name] { read_mesh(data(file)); }), HasSubstr(extension));
+}
+
+TEST(Variants, ThreeMfFilesOfReports) {
+    const MeshFile file = read_mesh(data("slicer_modifier_part.3mf"));
+    expect_tetrahedron(file, "modifier");
+    EXPECT_THAT(
+        file.warnings,
+        ElementsAre("part 2 of object 3 left out: Metadata/model_settings.config calls it a modifier, which is "
+                    "not printed"));
+}
+
+const std::string vertices_3mf = R"(<vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>)"
+                                 R"(<vertex x="0" y="2" z="0"/><vertex x="0" y="0" z="3"/></vertices>)";
+const std::string triangles_3mf = R"(<triangle v1="0" v2="2" v3="1"/><triangle v1="0" v2="1" v3="3"/>)"
+                                  R"(<triangle v1="0" v2="3" v3="2"/><triangle v1="1" v2="2" v3="3"/>)";
+
+/// A 3MF file with a file of a slicer.
+MeshFile sliced(const std::string& resources, const std::string& build, const std::string& name,
+                const std::string& config) {
+    const std::string model =
+        "<model><resources>" + resources + "</resources><build>" + build + "</build></model>";
+    return formats::parse_3mf(
+        samples::zip({{"3D/3dmodel.model", model}, {name, "<config>" + config + "</config>"}}));
+}
+
+TEST(Variants, PrusaSlicersVolumesAreRangesOfTriangles) {
+    // Three times the same tetrahedron in one object: its triangles 0 to 3, 4 to 7, 8 to 11.
+    const std::string object = R"(<object id="7"><mesh>)" + vertices_3mf + "<triangles>" + triangles_3mf +
+                               triangles_3mf + triangles_3mf + "</triangles></mesh></object>";
+    const auto volume = [](int first, int last, const std::string& metadata) {
+        return fmt::format(R"(<volume firstid="{}" lastid="{}"><metadata type="volume" key="name" value="a"/>)"
+                           R"(<metadata type="volume" {}/><mesh edges_fixed="0"/></volume>)",
+                           first, last, metadata);
+    };
+    const std::string item = R"(<item objectid="7"/>)";
+    for (const auto& [metadata, what] :
+         {std::pair{R"(key="volume_type" value="ParameterModifier")", "a modifier"},
+          {R"(key="modifier" value="1")", "a modifier"},
+          {R"(key="volume_type" value="NegativeVolume")", "a negative volume, which is not subtracted"},
+          {R"(key="volume_type" value="SupportBlocker")", "a support blocker"},
+          {R"(key="volume_type" value="SupportEnforcer")", "a support enforcer"}}) {
+        const std::string part = R"(key="volume_type" value="ModelPart")";
+        const MeshFile file = sliced(object, item + item, "Metadata/Slic3r_PE_model.config",
+                                     R"(<object id="7" instances_count="2">)" + volume(0, 3, metadata) +
+                                         volume(4, 7, part) + volume(8, 11, metadata) + "</object>");
+        EXPECT_EQ(file.mesh.triangles.size(), 8u) << what;
+        EXPECT_THAT(file.warnings,
+                    ElementsAre(HasSubstr(fmt::format("triangles 0 to 3 of object 7 left out: "
+                                                      "Metadata/Slic3r_PE_model.config calls it {}",
+                                                      what)),
+                                HasSubstr("triangles 8 to 11 of object 7 left out")));
+    }
+    // Ranges beyond the object, of another object, upside down: nothing is left out.
+    const std::string modifier = R"(key="volume_type" value="ParameterModifier")";
+    for (const std::string& config :
+         {R"(<object id="7">)" + volume(12, 99, modifier) + "</object>",
+          R"(<object id="8">)" + volume(0, 3, modifier) + "</object>",
+          R"(<object id="7">)" + volume(3, 0, modifier) + "</object>", volume(0, 3, modifier)}) {
+        const MeshFile file = sliced(object, item, "Metadata/Slic3r_PE_model.config", config);
+        EXPECT_EQ(file.mesh.triangles.size(), 12u) << config;
+        EXPECT_THAT(file.warnings, IsEmpty()) << config;
+    }
+    const MeshFile overlapping =
+        sliced(object, item, "Metadata/Slic3r_model.config",
+               R"(<object id="7">)" + volume(2, 9, modifier) + volume(0, 4, modifier) + "</object>");
+    EXPECT_EQ(overlapping.mesh.triangles.size(), 2u);
+}
+
+TEST(Variants, BambusPartsAreComponents) {
+    const std::string mesh = "<mesh>" + vertices_3mf + "<triangles>" + triangles_3mf + "</triangles></mesh>";
+    const std::string resources =
+        R"(<object id="1">)" + mesh + R"(</object><object id="2">)" + mesh +
+        R"(</object><object id="3"><components><component objectid="1"/>)"
+        R"(<component objectid="2" transform="1 0 0 0 1 0 0 0 1 5 0 0"/></components></object>)"
+        R"(<object id="4"><components><component objectid="2"/></components></object>)";
+    const std::string build = R"(<item objectid="3"/><item objectid="4"/>)";
+    for (const auto& [subtype, what] : {std::pair{"modifier_part", "a modifier"},
+                                        {"negative_part", "a negative volume"},
+                                        {"support_blocker", "a support blocker"},
+                                        {"support_enforcer", "a support enforcer"}}) {
+        const MeshFile file = sliced(
+            resources, build, "Metadata/model_settings.config",
+            fmt::format(R"(<object id="3"><metadata key="name" value="x"/><part id="1" subtype="normal_part"/>)"
+                        R"(<part id="2" subtype="{}"><metadata key="name" value="y"/></part></object><plate/>)",
+                        subtype));
+        EXPECT_EQ(file.mesh.triangles.size(), 8u) << "object 4 uses it as a solid";
+        EXPECT_THAT(file.warnings,
+                    ElementsAre(HasSubstr(fmt::format("part 2 of object 3 left out: {} calls it {}",
+                                                      "Metadata/model_settings.config", what))));
+    }
+    // Many of them: a few lines.
+    std::string many, parts, components;
+    for (int i = 10; i < 60; ++i) {
+        many += fmt::format(R"(<object id="{}">{}</object>)", i, mesh);
+        components += fmt::format(R"(<component objectid="{}"/>)", i);
+        if (i > 10) parts += fmt::format(R"(<part id="{}" subtype="modifier_part"/>)", i);
+    }
+    const MeshFile file =
+        sliced(many + R"(<object id="3"><components>)" + components + "</components></object>",
+               R"(<item objectid="3"/>)", "Metadata/model_settings.config",
+               R"(<object id="3">)" + parts + "</object>");
+    EXPECT_EQ(file.mesh.triangles.size(), 4u);
+    EXPECT_THAT(file.warnings, SizeIs(17));
+    EXPECT_EQ(file.warnings.back(), "33 more such parts left out");
+}
+
 /// OBJ statements of the tetrahedron with something after the vertices, with each kind of line end.
 void expect_obj(const std::string& between, const std::string& faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n") {
     for (const std::string end : {"\n", "\r\n", "\r"}) {
