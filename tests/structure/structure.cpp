@@ -156,6 +156,60 @@ Violations check_library(const fs::path& root) {
     return violations;
 }
 
+namespace {
+
+/// What may stand after its:: in a name that the verifier's code uses: itself; base; Vec3 and its arithmetic;
+/// what it is given and gives back. Of a shell it may ask where the arrays are, and f as it is shipped.
+const std::vector<std::string> allowed_symbols = {
+    "verifier",      "verify",       "detail",        "Stage",        "Array",
+    "for_chunks",    "parallel_for", "chunk_count",   "with_threads", "require_threads",
+    "parallel_sort", "Error",        "InputError",    "OptionError",  "MemoryError",
+    "Cancelled",     "Vec3",         "dot",           "cross",        "norm",
+    "finite",        "Mesh",         "VerifyOptions", "VerifyCheck",  "VerifyReport"};
+const std::vector<std::string> allowed_of_shell = {"data", "value"};
+
+/// The names before the arguments: "_ZNK3its9ThinShell4dataEv" gives its, ThinShell, data. Empty if it begins
+/// otherwise, "operator" for the name of one.
+std::vector<std::string> scope_of(const std::string& mangled) {
+    std::size_t at = 2;
+    if (mangled.compare(0, 2, "_Z") != 0) return {};
+    if (mangled.compare(at, 2, "GV") == 0) at += 2;          // guard of a static variable
+    if (at < mangled.size() && mangled[at] == 'T') at += 2;  // table or description of a type
+    while (at < mangled.size() && std::string_view("ZNKVRO").find(mangled[at]) != std::string_view::npos) ++at;
+    std::vector<std::string> names;
+    while (at < mangled.size() && std::isdigit(static_cast<unsigned char>(mangled[at])) != 0) {
+        std::size_t length = 0;
+        for (; at < mangled.size() && std::isdigit(static_cast<unsigned char>(mangled[at])) != 0; ++at)
+            length = 10 * length + std::size_t(mangled[at] - '0');
+        names.push_back(mangled.substr(at, length));
+        at += length;
+    }
+    if (names.size() == 1 && at < mangled.size() && std::islower(static_cast<unsigned char>(mangled[at])) != 0)
+        names.emplace_back("operator");
+    return names;
+}
+
+bool contains(const std::vector<std::string>& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+}  // namespace
+
+Violations check_verifier_symbols(const std::vector<std::string>& mangled) {
+    Violations violations;
+    for (const std::string& symbol : mangled) {
+        const std::vector<std::string> names = scope_of(symbol);
+        if (names.empty() || names[0] != "its") continue;
+        const bool good =
+            names.size() > 1 &&
+            (names[1] == "operator" || contains(allowed_symbols, names[1]) ||
+             (names[1] == "ThinShell" && names.size() > 2 && contains(allowed_of_shell, names[2])));
+        if (!good)
+            violations.push_back(fmt::format("verify uses {}, of another module", fmt::join(names, "::")));
+    }
+    return violations;
+}
+
 Violations check_public_headers(const fs::path& root) {
     Violations violations;
     for (const fs::path& file : sources_below(root / "include")) {

@@ -14,6 +14,11 @@ using Violations = std::vector<std::string>;
 /// or to one further down; verify shares nothing with the builder but its arrays and vector arithmetic.
 Violations check_library(const std::filesystem::path& root);
 
+/// Of the names as the compiler writes them (Itanium C++ ABI) in the verifier's object files, those of
+/// functions and objects of the library that are neither the verifier's own nor of base, plain data or the
+/// vectors' arithmetic: one line for each.
+Violations check_verifier_symbols(const std::vector<std::string>& mangled);
+
 /// include/its/: other public headers and the standard library only.
 Violations check_public_headers(const std::filesystem::path& root);
 

@@ -5,10 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <initializer_list>
+#include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace its::structure {
 namespace {
@@ -49,6 +53,31 @@ bool compiles_alone(const fs::path& include_folder, const std::string& header, c
 
 TEST(Structure, LibraryIncludesPointDown) {
     EXPECT_THAT(check_library(root), IsEmpty());
+}
+
+/// All names in the verifier's objects, defined there or elsewhere.
+std::vector<std::string> verifier_symbols() {
+    std::string command = ITS_NM;
+    std::ifstream objects(ITS_VERIFY_OBJECTS);
+    for (std::string object; std::getline(objects, object);)
+        if (!object.empty()) command += fmt::format(" '{}'", object);
+    std::vector<std::string> symbols;
+    FILE* const pipe = popen(command.c_str(), "r");
+    if (pipe == nullptr) return symbols;
+    std::string text;
+    char buffer[4096];
+    for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof(buffer), pipe)) > 0;) text.append(buffer, n);
+    EXPECT_EQ(pclose(pipe), 0);
+    std::istringstream words(text);
+    for (std::string word; words >> word;)
+        if (word.compare(0, 2, "_Z") == 0) symbols.push_back(word);
+    return symbols;
+}
+
+TEST(Structure, TheVerifierCallsNoCodeOfTheBuilder) {
+    const std::vector<std::string> symbols = verifier_symbols();
+    EXPECT_GT(symbols.size(), 500u);
+    EXPECT_THAT(check_verifier_symbols(symbols), IsEmpty());
 }
 
 TEST(Structure, PublicHeadersIncludeOnlyPublicOnes) {
@@ -147,6 +176,24 @@ TEST(Checker, FindsAVerifierThatSharesCodeWithTheBuilder) {
          {"src/geometry/vec3.h", ""},
          {"src/verify/a.cpp", "#include \"geometry/vec3.h\"\n#include \"geometry/bernstein.h\"\n"}});
     EXPECT_THAT(check_library(tree.path), ElementsAre(HasSubstr("a.cpp:2: verify includes")));
+}
+
+TEST(Checker, FindsCallsOfTheBuilderInTheVerifier) {
+    // its::verifier::View::group, its::Stage::advance, its::operator+(its::Vec3, its::Vec3),
+    // its::ThinShell::data() const, a lambda of its::verifier::judge, std::vector<its::octree::Level>::size.
+    EXPECT_THAT(check_verifier_symbols({"_ZNK3its8verifier4View5groupEiRKSt5arrayIjLm3EE",
+                                        "_ZN3its5Stage7advanceEm", "_ZN3itsplENS_4Vec3ES0_",
+                                        "_ZNK3its9ThinShell4dataEv", "_ZZN3its8verifier5judgeEvENKUlvE_clEv",
+                                        "_ZNKSt6vectorIN3its6octree5LevelESaIS2_EE4sizeEv", "main"}),
+                IsEmpty());
+    EXPECT_THAT(
+        check_verifier_symbols({"_ZNK3its6octree5RanksixEm", "_ZN3its6octree13morton_encodeERKSt5arrayIjLm3EE",
+                                "_ZN3its5buildERKNS_4MeshERKNS_12BuildOptionsEPNS_10BuildTimesE",
+                                "_ZNK3its9ThinShell8gradientERKNS_4Vec3E",
+                                "_ZZN3its5signs11apply_signsEvENKUlvE_clEv", "_ZTVN3its5field5FieldE"}),
+        ElementsAre(HasSubstr("its::octree::Ranks"), HasSubstr("its::octree::morton_encode"),
+                    HasSubstr("its::build"), HasSubstr("its::ThinShell::gradient"),
+                    HasSubstr("its::signs::apply_signs"), HasSubstr("its::field::Field")));
 }
 
 TEST(Checker, FindsWhatAPublicHeaderMustNotInclude) {
