@@ -27,7 +27,7 @@ double processor_seconds() {
 void run_build(benchmark::State& state, const Mesh& mesh, int depth, int threads) {
     BuildOptions options;
     options.depth = depth;
-    options.threads = threads;
+    options.run.threads = threads;
     BuildTimes best;
     best.total = 1e300;
     double processor = 1e300;

@@ -111,7 +111,7 @@ std::vector<Tool> make_tools(const Mesh& mesh) {
         "ITS", [&] { return std::make_shared<ClosestPoints>(mesh, 1); },
         [](const ClosestPoints& closest, const std::vector<Vec3>& points, std::vector<double>& out) {
             std::vector<ClosestPoint> results(points.size());
-            closest.find(points, results, {.threads = 1, .progress = {}});
+            closest.find(points, results, {.threads = 1});
             for (std::size_t i = 0; i < points.size(); ++i) out[i] = results[i].distance;
         });
     for (const PeerClosestPoint& peer : closest_point_peers())

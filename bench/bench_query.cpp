@@ -199,24 +199,23 @@ void add_query(const Query& query, const PointSet& set, int depth, const std::ve
         for (std::size_t i = 0; i < s.points.size(); ++i) out[i] = std::int8_t(query.classify(s.points[i]));
     });
     for (const int n : threads) {
-        BatchOptions options;
-        options.threads = n;
-        add(label("its_batch", n), set, [&query, options](const PointSet& s, std::vector<std::int8_t>& out) {
-            query.classify(s.points, out, options);
+        const Run run{.threads = n};
+        add(label("its_batch", n), set, [&query, run](const PointSet& s, std::vector<std::int8_t>& out) {
+            query.classify(s.points, out, run);
         });
-        add(label("its_shell", n), set, [&query, options](const PointSet& s, std::vector<std::int8_t>& out) {
-            query.classify_shell(s.points, out, options);
+        add(label("its_shell", n), set, [&query, run](const PointSet& s, std::vector<std::int8_t>& out) {
+            query.classify_shell(s.points, out, run);
         });
         benchmark::RegisterBenchmark((label("its_value", n) + "/" + set.name).c_str(),
-                                     [&query, &set, options](benchmark::State& state) {
+                                     [&query, &set, run](benchmark::State& state) {
                                          std::vector<double> values(set.points.size());
-                                         for (auto _ : state) query.value(set.points, values, options);
+                                         for (auto _ : state) query.value(set.points, values, run);
                                      })
             ->UseRealTime();
         benchmark::RegisterBenchmark((label("its_gradient", n) + "/" + set.name).c_str(),
-                                     [&query, &set, options](benchmark::State& state) {
+                                     [&query, &set, run](benchmark::State& state) {
                                          std::vector<Vec3> values(set.points.size());
-                                         for (auto _ : state) query.gradient(set.points, values, options);
+                                         for (auto _ : state) query.gradient(set.points, values, run);
                                      })
             ->UseRealTime();
     }

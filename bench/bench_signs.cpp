@@ -167,7 +167,7 @@ void run_case(const std::string& model, const Case& which, const Mesh& mesh, con
         for (const int threads : options.threads) {
             BuildOptions build_options;
             build_options.depth = depth;
-            build_options.threads = threads;
+            build_options.run.threads = threads;
             build_options.sign = SignRule::generalized;
             double distance = 1e300, signs = 1e300;
             std::uint64_t cells = 0;

@@ -74,8 +74,8 @@ public:
     double diagonal() const { return diagonal_; }
 
     void row(const std::string& name, const Mesh& result, double seconds, std::optional<double> bound = {}) {
-        const MeshDistance there = mesh_distance(mesh_, result, settings_.samples, 1);
-        const MeshDistance back = mesh_distance(result, mesh_, settings_.samples, 1);
+        const MeshDistance there = mesh_distance(mesh_, result, settings_.samples, {.threads = 1});
+        const MeshDistance back = mesh_distance(result, mesh_, settings_.samples, {.threads = 1});
         fmt::print("| {} | {} | {:.3f} | {:.5f} | {:.5f} | {:.6f} | {:.6f} | {:.1f} | {} | {} |\n", name,
                    result.triangles.size(), seconds, there.max / diagonal_, back.max / diagonal_,
                    there.root_mean_square / diagonal_, back.root_mean_square / diagonal_,
@@ -86,7 +86,7 @@ public:
     }
 
     void ours(const std::string& name, SimplifyOptions options) {
-        options.threads = 1;
+        options.run.threads = 1;
         try {
             const Simplified s = simplify(mesh_, options);
             row(name, s.mesh, s.report.seconds.total, s.report.proven_bound);

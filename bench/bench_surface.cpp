@@ -77,8 +77,9 @@ void run_ours(const Options& options, const Mesh& mesh, double diagonal) {
                 for (int k = 0; k < 2; ++k) {
                     const Timer one;
                     surface[k] = Surface{};
-                    surface[k] = extract_surface(
-                        shell, {.side = k == 0 ? SurfaceSide::outer : SurfaceSide::inner, .threads = threads});
+                    surface[k] =
+                        extract_surface(shell, {.side = k == 0 ? SurfaceSide::outer : SurfaceSide::inner,
+                                                .run = {.threads = threads}});
                     best[k].keep_least(one.seconds());
                 }
                 both.keep_least(timer.seconds());

@@ -118,7 +118,7 @@ int validate(const char* file, int depth) {
     const auto start = std::chrono::steady_clock::now();
     its::BuildOptions options;
     options.depth = depth;
-    options.threads = 1;
+    options.run.threads = 1;
     const its::ThinShell shell = its::build(mesh, options);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const std::uint64_t peak = peak_bytes();

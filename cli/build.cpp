@@ -43,7 +43,7 @@ void print_report(const Options& options, const Built& built) {
     const std::string file =
         fmt::format("{}, {}", options.output, bytes_text(std::filesystem::file_size(options.output)));
     Table table;
-    add_shell_rows(table, built.shell);
+    add_shell_rows(table, built.shell, options.common.run());
     if (built.unchanged) {
         table.row("Unchanged", file + ": built from this mesh with these options; --force builds anew");
     } else {
@@ -61,7 +61,7 @@ void print_report(const Options& options, const Built& built) {
 
 void print_build_json(const Options& options, const MeshFile& file, const Built& built) {
     const BuildTimes& times = built.times;
-    Json json = shell_json(built.shell);
+    Json json = shell_json(built.shell, options.common.run());
     json["mesh"]["file"] = options.mesh;
     json["mesh"]["format"] = file.format;
     json["mesh"]["warnings"] = file.warnings;
@@ -79,9 +79,10 @@ std::optional<ThinShell> stored_shell(const Options& options, const Mesh& mesh) 
     std::error_code error;
     if (options.force || !std::filesystem::is_regular_file(options.output, error)) return {};
     try {
-        const auto hash = load(options.output, {.check = LoadCheck::quick}).info().input_hash;
+        const auto hash =
+            load(options.output, {.check = LoadCheck::quick, .run = options.common.run()}).info().input_hash;
         if (hash != input_hash(mesh, options.build)) return {};
-        return load(options.output);
+        return load(options.output, {.run = options.common.run()});
     } catch (const Error&) {
         return {};  // not a shell, or damaged: it will be replaced
     }
@@ -90,14 +91,13 @@ std::optional<ThinShell> stored_shell(const Options& options, const Mesh& mesh) 
 Built build_and_save(const Options& options, const Mesh& mesh) {
     ProgressBar bar(options.common.quiet);
     BuildOptions build_options = options.build;
-    build_options.threads = options.common.threads;
-    build_options.progress = bar.callback();
+    build_options.run = options.common.run(bar);
     BuildTimes times;
     const ThinShell shell = naming_file(options.mesh, [&] { return build(mesh, build_options, &times); });
     bar.clear();
     stop_if_interrupted();
     const Stopwatch writing;
-    save(shell, options.output);
+    save(shell, options.output, options.common.run());
     return {.shell = shell, .times = times, .write = writing.seconds()};
 }
 
@@ -118,7 +118,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_build(CLI::App& app) {
+Action add_build(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();
     app.add_option("-o,--output", options->output, "File to write")->required()->type_name("SHELL.its");

@@ -79,7 +79,8 @@ void print_report(const Options& options, const MeshFile& file, const MeshReport
 
 int run(const Options& options) {
     const MeshFile file = read_mesh_with_warnings(options.mesh);
-    const MeshReport report = naming_file(options.mesh, [&] { return inspect(file.mesh); });
+    const MeshReport report =
+        naming_file(options.mesh, [&] { return inspect(file.mesh, options.common.run()); });
     if (options.common.json)
         print_check_json(options, file, report);
     else if (!options.common.quiet)
@@ -89,7 +90,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_check(CLI::App& app) {
+Action add_check(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();
     options->common.declare(app, "its check model.stl");

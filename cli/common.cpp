@@ -27,6 +27,10 @@ void CommonOptions::declare(CLI::App& app, const std::string& example) {
     app.footer("Example: " + example);
 }
 
+Run CommonOptions::run(ProgressBar& bar) const {
+    return {.threads = threads, .progress = bar.callback()};
+}
+
 std::uint64_t parse_size(const std::string& option, const std::string& text) {
     double number = 0;
     const char* const end = text.data() + text.size();
@@ -82,6 +86,10 @@ MeshFile read_mesh_with_warnings(const fs::path& path, const ReadOptions& option
     for (const std::string& warning : file.warnings) print_message("warning", path.string() + ": " + warning);
     stop_if_interrupted();
     return file;
+}
+
+ThinShell load_shell(const fs::path& path, const CommonOptions& options, LoadCheck check) {
+    return naming_file(path, [&] { return load(path, {.check = check, .run = options.run()}); });
 }
 
 void check_output(const fs::path& output, const fs::path& input) {

@@ -12,6 +12,7 @@
 #include "its/base.h"
 #include "its/mesh.h"
 #include "its/mesh_file.h"
+#include "its/shell_file.h"
 
 /// What all commands share: options, reading with warnings, errors that name a file, progress, interruption.
 namespace its::cli {
@@ -20,19 +21,21 @@ namespace its::cli {
 enum ExitStatus : int { done = 0, check_failed = 1, bad_input = 2 };
 
 /// Runs a command whose options are parsed, and returns the exit status.
-using Run = std::function<int()>;
+using Action = std::function<int()>;
 
 /// Declares the options of one command on `app`, and returns what runs it. One source file each.
-Run add_build(CLI::App& app);
-Run add_check(CLI::App& app);
-Run add_info(CLI::App& app);
-Run add_query(CLI::App& app);
-Run add_render(CLI::App& app);
-Run add_simplify(CLI::App& app);
-Run add_slice(CLI::App& app);
-Run add_surface(CLI::App& app);
-Run add_verify(CLI::App& app);
-Run add_view(CLI::App& app);
+Action add_build(CLI::App& app);
+Action add_check(CLI::App& app);
+Action add_info(CLI::App& app);
+Action add_query(CLI::App& app);
+Action add_render(CLI::App& app);
+Action add_simplify(CLI::App& app);
+Action add_slice(CLI::App& app);
+Action add_surface(CLI::App& app);
+Action add_verify(CLI::App& app);
+Action add_view(CLI::App& app);
+
+class ProgressBar;
 
 /// Options that every command has.
 struct CommonOptions {
@@ -42,6 +45,10 @@ struct CommonOptions {
 
     /// Declares --json, --quiet and --threads, and adds the example line to the help.
     void declare(CLI::App& app, const std::string& example);
+
+    /// How the library is to run: with that number of threads, on the bar if there is one.
+    Run run() const { return {.threads = threads}; }
+    Run run(ProgressBar& bar) const;
 };
 
 template <class Value>
@@ -89,6 +96,10 @@ auto naming_file(const std::filesystem::path& file, F&& fn) {
 
 /// Reads a mesh, and prints its warnings to standard error. \throws Error, Cancelled.
 MeshFile read_mesh_with_warnings(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// Reads a shell. \throws Error that names the file
+ThinShell load_shell(const std::filesystem::path& path, const CommonOptions& options,
+                     LoadCheck check = LoadCheck::full);
 
 /// Refuses an output that cannot be written, before any long work: a missing folder, a folder in its place,
 /// no permission, or the same file as the input. \throws FileError.

@@ -15,10 +15,10 @@ struct Options {
 };
 
 int run(const Options& options) {
-    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const ThinShell shell = load_shell(options.shell, options.common);
     const std::uint64_t file_bytes = std::filesystem::file_size(options.shell);
     if (options.common.json) {
-        Json json = shell_json(shell);
+        Json json = shell_json(shell, options.common.run());
         json["file"] = options.shell;
         json["file_bytes"] = file_bytes;
         const auto& hash = shell.info().input_hash;
@@ -27,7 +27,7 @@ int run(const Options& options) {
     } else if (!options.common.quiet) {
         Table table;
         table.row("File", fmt::format("{}, {}", options.shell, bytes_text(file_bytes)));
-        add_shell_rows(table, shell);
+        add_shell_rows(table, shell, options.common.run());
         const Box& root = shell.info().root;
         table.row("Root cube", fmt::format("({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", root.min.x,
                                            root.min.y, root.min.z, root.max.x, root.max.y, root.max.z));
@@ -38,7 +38,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_info(CLI::App& app) {
+Action add_info(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("SHELL", options->shell, "Shell written by its build")->required();
     options->common.declare(app, "its info model.its");

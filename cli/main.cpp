@@ -21,7 +21,7 @@ using namespace its::cli;
 struct Command {
     const char* name;
     const char* summary;
-    Run (*add)(CLI::App&);
+    Action (*add)(CLI::App&);
 };
 
 constexpr Command commands[] = {
@@ -92,7 +92,7 @@ int parse_and_run(int argc, char** argv) {
     app.footer(
         "Lengths are in mesh units. Exit status: 0 done, 1 a check failed, 2 bad usage or input.\n"
         "Example: its build model.stl -o model.its");
-    std::vector<std::pair<CLI::App*, Run>> runs;
+    std::vector<std::pair<CLI::App*, Action>> runs;
     for (const Command& command : commands) {
         CLI::App* const sub = app.add_subcommand(command.name, command.summary);
         runs.emplace_back(sub, command.add(*sub));

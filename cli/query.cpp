@@ -47,9 +47,9 @@ std::vector<double> closest_numbers(const std::vector<ClosestPoint>& found) {
 }
 
 Answers ask(const Options& options, const Query& query, const std::optional<ClosestPoints>& closest,
-            const std::vector<Vec3>& points, const Progress& progress) {
+            const std::vector<Vec3>& points, ProgressBar& bar) {
     const std::size_t n = points.size();
-    const BatchOptions batch{.threads = options.common.threads, .progress = progress};
+    const Run batch = options.common.run(bar);
     Answers answers;
     answers.codes.resize(n);
     if (options.mode == Mode::exact)
@@ -70,7 +70,7 @@ Answers ask(const Options& options, const Query& query, const std::optional<Clos
     }
     if (closest) {
         std::vector<ClosestPoint> found(n);
-        closest->find(points, found, {.threads = options.common.threads, .progress = progress});
+        closest->find(points, found, batch);
         answers.closest = closest_numbers(found);
         answers.columns.push_back(
             {{"closest_x", "closest_y", "closest_z", "distance", "triangle"}, answers.closest});
@@ -140,19 +140,18 @@ int run(const Options& options) {
     Seconds seconds;
     const ThinShell shell = timed(seconds.load, [&] {
         const LoadCheck check = options.quick ? LoadCheck::quick : LoadCheck::full;
-        return naming_file(options.shell, [&] { return load(options.shell, {.check = check}); });
+        return load_shell(options.shell, options.common, check);
     });
     stop_if_interrupted();
     const std::vector<Vec3> points = timed(seconds.read, [&] { return read_points(options.points); });
     std::optional<ClosestPoints> closest;
     const Query query = timed(seconds.index, [&] {
-        if (options.closest) closest.emplace(shell.mesh(), options.common.threads);
+        if (options.closest) closest.emplace(shell.mesh(), options.common.run());
         return Query(shell);
     });
     stop_if_interrupted();
     ProgressBar bar(options.common.quiet);
-    const Answers answers =
-        timed(seconds.query, [&] { return ask(options, query, closest, points, bar.callback()); });
+    const Answers answers = timed(seconds.query, [&] { return ask(options, query, closest, points, bar); });
     bar.clear();
     stop_if_interrupted();
     const Stopwatch writing;
@@ -167,7 +166,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_query(CLI::App& app) {
+Action add_query(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("SHELL", options->shell, "Shell written by its build")->required();
     app.add_option("POINTS", options->points, "Points: .npy .csv .xyz .ply")->required();

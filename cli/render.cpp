@@ -20,11 +20,10 @@ struct Options {
 
 int run(const Options& options) {
     check_output(options.output, options.shell);
-    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const ThinShell shell = load_shell(options.shell, options.common);
     ProgressBar bar(options.common.quiet);
     RenderOptions render_options = options.render;
-    render_options.threads = options.common.threads;
-    render_options.progress = bar.callback();
+    render_options.run = options.common.run(bar);
     const Stopwatch watch;
     const Image image = naming_file(options.shell, [&] { return render(shell, render_options); });
     const double seconds = watch.seconds();
@@ -49,7 +48,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_render(CLI::App& app) {
+Action add_render(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     RenderOptions& render = options->render;
     app.add_option("SHELL", options->shell, "Shell written by its build")->required();

@@ -69,7 +69,7 @@ Json box_json(const Box& box) {
     return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
 }
 
-Json shell_json(const ThinShell& shell) {
+Json shell_json(const ThinShell& shell, const Run& run) {
     const ShellInfo& info = shell.info();
     Json json;
     json["mesh"]["vertices"] = info.mesh_vertices;
@@ -89,13 +89,13 @@ Json shell_json(const ThinShell& shell) {
     json["solver"] = name(info.solver);
     json["surface_cells"] = info.surface_cells;
     json["cells"] = info.cells;
-    json["grid_points"] = shell.grid_points();
+    json["grid_points"] = shell.grid_points(run);
     json["memory_bytes"] = info.memory_bytes;
     json["root"] = box_json(info.root);
     return json;
 }
 
-void add_shell_rows(Table& table, const ThinShell& shell) {
+void add_shell_rows(Table& table, const ThinShell& shell, const Run& run) {
     const ShellInfo& info = shell.info();
     const auto length = [&](double value) {
         return fmt::format("{:<14} {:.6f} of the longest side", length_text(value), value / info.scale);
@@ -113,7 +113,7 @@ void add_shell_rows(Table& table, const ThinShell& shell) {
     table.row("Solver", std::string(name(info.solver)));
     table.row("Surface cells", count_text(info.surface_cells));
     table.row("Cells, all levels", count_text(info.cells));
-    table.row("Grid points", count_text(shell.grid_points()));
+    table.row("Grid points", count_text(shell.grid_points(run)));
     const double per_cell = double(info.memory_bytes) / double(std::max<std::uint64_t>(info.surface_cells, 1));
     table.row("Memory",
               fmt::format("{}, {:.0f} bytes per surface cell", bytes_text(info.memory_bytes), per_cell));

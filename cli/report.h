@@ -40,8 +40,8 @@ std::string_view name(Extrema extrema);  ///< as the option --extrema is spelled
 std::string_view name(Solver solver);    ///< as the option --solver is spelled
 
 /// The mesh and the shell, as `its build --json` and `its info --json` have them.
-Json shell_json(const ThinShell& shell);
-void add_shell_rows(Table& table, const ThinShell& shell);
+Json shell_json(const ThinShell& shell, const Run& run);
+void add_shell_rows(Table& table, const ThinShell& shell, const Run& run);
 
 Json box_json(const Box& box);
 

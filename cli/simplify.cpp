@@ -139,8 +139,8 @@ std::optional<Measured> measure(const Options& options, const Mesh& mesh, const 
     const bool wanted = options.samples > 0 && (options.common.json || !options.common.quiet);
     if (!wanted) return std::nullopt;
     const Stopwatch watch;
-    Measured measured{mesh_distance(mesh, result, options.samples, options.common.threads),
-                      mesh_distance(result, mesh, options.samples, options.common.threads), 0};
+    Measured measured{mesh_distance(mesh, result, options.samples, options.common.run()),
+                      mesh_distance(result, mesh, options.samples, options.common.run()), 0};
     measured.seconds = watch.seconds();
     return measured;
 }
@@ -153,8 +153,7 @@ int run(const Options& options) {
 
     ProgressBar bar(options.common.quiet);
     SimplifyOptions simplify_options = options.simplify;
-    simplify_options.threads = options.common.threads;
-    simplify_options.progress = bar.callback();
+    simplify_options.run = options.common.run(bar);
     // STL keeps 32-bit numbers: what is proven must hold for what is written.
     const std::string extension =
         CLI::detail::to_lower(std::filesystem::path(options.output).extension().string());
@@ -181,7 +180,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_simplify(CLI::App& app) {
+Action add_simplify(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     SimplifyOptions& simplify = options->simplify;
     app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();

@@ -43,9 +43,9 @@ void add_plane(Json& json, const SliceOptions& slice) {
 
 int run(const Options& options) {
     check_output(options.output, options.shell);
-    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const ThinShell shell = load_shell(options.shell, options.common);
     SliceOptions slice_options = options.slice;
-    slice_options.threads = options.common.threads;
+    slice_options.run = options.common.run();
     std::optional<MeshFile> mesh;
     if (!options.mesh.empty()) mesh = read_mesh_with_warnings(options.mesh);
     if (mesh) slice_options.mesh = &mesh->mesh;
@@ -81,7 +81,7 @@ CLI::Option* add_vector(CLI::App& app, const std::string& option, std::optional<
 
 }  // namespace
 
-Run add_slice(CLI::App& app) {
+Action add_slice(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("SHELL", options->shell, "Shell written by its build")->required();
     app.add_option("-o,--output", options->output, "Picture to write")->required()->type_name("OUT.png");

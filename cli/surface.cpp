@@ -120,7 +120,7 @@ int write_field(const Options& options, const ThinShell& shell) {
         throw OptionError(".vdb has the function f itself: --side, --level and --resolution do not apply");
     ProgressBar bar(options.common.quiet);
     const Stopwatch watch;
-    write_vdb(shell, options.output, {.threads = options.common.threads, .progress = bar.callback()});
+    write_vdb(shell, options.output, {.run = options.common.run(bar)});
     bar.clear();
     const double seconds = watch.seconds();
     if (options.common.json) {
@@ -167,15 +167,15 @@ int run(const Options& options) {
     check_extension(options.output);
     if (lower_extension(options.output) == ".vdb" && !has_vdb())
         write_vdb(ThinShell(nullptr), options.output);  // says why not, before the shell is read
-    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const ThinShell shell = load_shell(options.shell, options.common);
     stop_if_interrupted();
     if (lower_extension(options.output) == ".vdb") return write_field(options, shell);
 
     ProgressBar bar(options.common.quiet);
     SurfaceOptions surface_options = options.surface;
-    surface_options.threads = options.common.threads;
+    surface_options.run = options.common.run();
     surface_options.measure = !options.no_measure;
-    surface_options.progress = bar.callback();
+    surface_options.run.progress = bar.callback();
     std::vector<Written> surfaces;
     for (const SurfaceSide side : options.sides) {
         surface_options.side = side;
@@ -197,7 +197,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_surface(CLI::App& app) {
+Action add_surface(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("SHELL", options->shell, "Shell written by its build")->required();
     app.add_option("-o,--output", options->output,

@@ -63,12 +63,11 @@ void print_report(const VerifyReport& report, const ShellInfo& info, double seco
 }
 
 int run(const Options& options) {
-    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const ThinShell shell = load_shell(options.shell, options.common);
     const MeshFile file = read_mesh_with_warnings(options.mesh);
     ProgressBar bar(options.common.quiet);
     VerifyOptions verify_options = options.verify;
-    verify_options.threads = options.common.threads;
-    verify_options.progress = bar.callback();
+    verify_options.run = options.common.run(bar);
     const Stopwatch watch;
     const VerifyReport report =
         naming_file(options.mesh, [&] { return verify(shell, file.mesh, verify_options); });
@@ -86,7 +85,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_verify(CLI::App& app) {
+Action add_verify(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("SHELL", options->shell, "Shell written by its build")->required();
     app.add_option("MESH", options->mesh, "The mesh that it was built from")->required();

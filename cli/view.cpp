@@ -21,12 +21,11 @@ struct Options {
 
 int run(const Options& options) {
     check_output(options.output, options.shell);
-    const ThinShell shell = naming_file(options.shell, [&] { return load(options.shell); });
+    const ThinShell shell = load_shell(options.shell, options.common);
     ProgressBar bar(options.common.quiet);
     ViewOptions view = options.view;
     if (view.title.empty()) view.title = std::filesystem::path(options.shell).stem().string();
-    view.threads = options.common.threads;
-    view.progress = bar.callback();
+    view.run = options.common.run(bar);
     const Stopwatch watch;
     naming_file(options.shell, [&] { write_view(shell, options.output, view); });
     const double seconds = watch.seconds();
@@ -50,7 +49,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-Run add_view(CLI::App& app) {
+Action add_view(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     ViewOptions& view = options->view;
     view.title.clear();

@@ -65,4 +65,14 @@ public:
 /// throws Cancelled and leaves nothing behind. An empty function reports nothing.
 using Progress = std::function<bool(std::string_view stage, double fraction)>;
 
+/// How a call runs, which its result does not depend on: the same bytes for any number of threads. Every
+/// function that may use more than one thread takes one.
+struct Run {
+    /// The most that the call has at work, the calling one among them; 0: as many as the machine has. A call
+    /// from within an arena of oneTBB has at most as many as that.
+    /// \throws OptionError, from every function that takes it, if negative
+    int threads = 0;
+    Progress progress = {};
+};
+
 }  // namespace its

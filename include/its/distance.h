@@ -21,11 +21,6 @@ struct ClosestPoint {
     std::array<double, 3> barycentric{};   ///< of its three corners, in order; each in [0, 1], sum 1
 };
 
-struct ClosestPointOptions {
-    int threads = 0;  ///< 0: all. The results are the same bytes for any number
-    Progress progress = {};
-};
-
 namespace distance {
 class ClosestPointTree;  // private to the library
 }
@@ -38,18 +33,17 @@ class ClosestPointTree;  // private to the library
 /// the largest of the coordinates and of |query − M|; in all tests it is below 8u·R.
 class ClosestPoints {
 public:
-    /// Copies the mesh. \param threads  0: all
+    /// Copies the mesh. Reports no progress.
     /// \throws InputError (no triangles, non-finite coordinates, a size over 1e75, indices out of range),
-    ///         OptionError (threads < 0)
-    explicit ClosestPoints(const Mesh& mesh, int threads = 0);
+    ///         OptionError (run)
+    explicit ClosestPoints(const Mesh& mesh, const Run& run = {});
 
     /// The closest point to one point. Allocates nothing. \throws InputError if it is not finite.
     ClosestPoint find(const Vec3& point) const;
 
     /// The same for many: results[i] for points[i]. A non-finite point gets no_triangle and NaN.
-    /// \throws OptionError if the two spans differ in size, or threads < 0; Cancelled.
-    void find(std::span<const Vec3> points, std::span<ClosestPoint> results,
-              const ClosestPointOptions& options = {}) const;
+    /// \throws OptionError if the two spans differ in size, or by run; Cancelled.
+    void find(std::span<const Vec3> points, std::span<ClosestPoint> results, const Run& run = {}) const;
 
     std::uint64_t memory_bytes() const;  ///< of the tree, without its copy of the mesh
 
@@ -68,9 +62,8 @@ struct MeshDistance {
 /// alone), and at `samples` points, one for each of as many equal parts of the area. No seed is needed: the
 /// points are quasi-random, and the result is the same bits for any number of threads.
 /// \param samples  0: vertices alone
-/// \param threads  0: all
-/// \throws InputError (as ClosestPoints, for either mesh), OptionError (threads < 0), Cancelled.
-MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples = 200'000, int threads = 0,
-                           const Progress& progress = {});
+/// \throws InputError (as ClosestPoints, for either mesh), OptionError (run), Cancelled.
+MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples = 200'000,
+                           const Run& run = {});
 
 }  // namespace its

@@ -47,11 +47,12 @@ struct MeshReport {
                                ///< that separates inside from outside once holes are filled, by 512 samples
 };
 
-/// Examines a mesh. \throws InputError on indices out of range, non-finite coordinates, or no triangles.
-MeshReport inspect(const Mesh& mesh);
+/// Examines a mesh. Reports no progress.
+/// \throws InputError on indices out of range, non-finite coordinates, or no triangles; OptionError (run).
+MeshReport inspect(const Mesh& mesh, const Run& run = {});
 
 /// The mesh as `auto` builds it: triangles that MeshReport::turned counts have their second and third corner
-/// exchanged, all else is the same. \throws as inspect().
-Mesh oriented(const Mesh& mesh);
+/// exchanged, all else is the same. Reports no progress. \throws as inspect().
+Mesh oriented(const Mesh& mesh, const Run& run = {});
 
 }  // namespace its

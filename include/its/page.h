@@ -19,8 +19,7 @@ struct ViewOptions {
     int field_samples = 112;
     /// Triangles of each body, at least 1000: what has more is shown simplified, and the page says so.
     std::uint64_t max_triangles = 400'000;
-    int threads = 0;  ///< 0: all. The result is the same bytes for any number
-    Progress progress = {};
+    Run run = {};
 };
 
 /// Whether the library was built with the page: it needs npm at build time.

@@ -19,7 +19,7 @@ struct SliceOptions {
     const Mesh* mesh = nullptr;        ///< its section is drawn; null: that of the shell's own mesh
     int size = 1024;                   ///< pixels of the longer side of the plot, 64 to 8192
     bool cells = false;                ///< draw the octree's cells
-    int threads = 0;                   ///< 0: all. The result is the same bytes for any number
+    Run run = {};                      ///< reports no progress
 };
 
 /// 8-bit RGB, rows from the top.
@@ -42,8 +42,7 @@ struct RenderOptions {
     double at = 0.5;        ///< position of the middle cut within the outer surface, 0 to 1
     int samples = 16;       ///< rays a pixel, 1 to 4096: noise falls with it, and time grows
     int resolution = 0;     ///< of the surfaces, see SurfaceOptions::resolution
-    int threads = 0;        ///< 0: all. The result is the same bytes for any number
-    Progress progress = {};
+    Run run = {};
 };
 
 /// The mesh, its inner and outer surface side by side, and all three cut open, one less than the other; traced

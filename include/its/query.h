@@ -25,11 +25,6 @@ struct Interval {
     double lower = 0, upper = 0;
 };
 
-struct BatchOptions {
-    int threads = 0;         ///< 0: all. The results are the same bits for any number; few points: one thread
-    Progress progress = {};  ///< stage "query"; after it returns false some results may have been written
-};
-
 /// Sides by the nearest point of a mesh: the side of the pseudonormal there (the triangle's normal, or the sum
 /// of those of the triangles at its edge, or of those at its vertex weighted by their angles: Bærentzen and
 /// Aanæs 2005). Right, up to rounding, for closed meshes without self-intersections or triangles of zero area;
@@ -38,8 +33,9 @@ struct BatchOptions {
 class ClosestSides {
 public:
     /// For the mesh of a shell, in the directions that its triangles have there.
-    /// \throws OptionError if its sign rule is not SignRule::winding, or threads < 0; MemoryError
-    explicit ClosestSides(const ThinShell& shell, int threads = 0);
+    /// Reports no progress.
+    /// \throws OptionError if its sign rule is not SignRule::winding, or by run; MemoryError
+    explicit ClosestSides(const ThinShell& shell, const Run& run = {});
 
     /// \throws InputError if a coordinate is NaN or infinite
     Side side(const Vec3& point) const;
@@ -96,25 +92,24 @@ public:
     Interval signed_distance_bound(const Vec3& point) const;
 
     // Batches: out[i] for points[i]; the spans must be equally long and must not overlap. The results are those
-    // of the single calls, but a non-finite point is no error: it gets the code not_finite, or NaN.
-    // \throws OptionError (spans of different length, threads < 0; bounds: as the single call), Cancelled
+    // of the single calls, but a non-finite point is no error: it gets the code not_finite, or NaN. Few points
+    // are answered on the calling thread. Where a call is cancelled some results may have been written.
+    // \throws OptionError (spans of different length, run; bounds: as the single call), Cancelled
 
     /// Codes of Side, and not_finite.
-    void classify(std::span<const Vec3> points, std::span<std::int8_t> out,
-                  const BatchOptions& options = {}) const;
+    void classify(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run = {}) const;
     /// Codes of ShellSide, and not_finite.
-    void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out,
-                        const BatchOptions& options = {}) const;
+    void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run = {}) const;
     /// Codes of Side, and not_finite.
     void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const ClosestSides& closest,
-                        const BatchOptions& options = {}) const;
+                        const Run& run = {}) const;
     /// f in mesh units, or NaN.
-    void value(std::span<const Vec3> points, std::span<double> out, const BatchOptions& options = {}) const;
+    void value(std::span<const Vec3> points, std::span<double> out, const Run& run = {}) const;
     /// ∇f, without unit, or NaN.
-    void gradient(std::span<const Vec3> points, std::span<Vec3> out, const BatchOptions& options = {}) const;
+    void gradient(std::span<const Vec3> points, std::span<Vec3> out, const Run& run = {}) const;
     /// Enclosures in mesh units, or NaN.
     void signed_distance_bound(std::span<const Vec3> points, std::span<Interval> out,
-                               const BatchOptions& options = {}) const;
+                               const Run& run = {}) const;
 
     /// Bytes of the index, beside those of the shell.
     std::uint64_t memory_bytes() const;

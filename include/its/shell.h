@@ -35,8 +35,7 @@ struct BuildOptions {
     Extrema extrema = Extrema::certified;
     Solver solver = Solver::direct;
     std::uint64_t max_memory = 0;  ///< bytes; 0: three quarters of what is free now
-    int threads = 0;               ///< 0: all. The result is the same bytes for any number
-    Progress progress = {};
+    Run run = {};
 };
 
 /// How a shell was built, and what it holds. Lengths in mesh units.
@@ -91,8 +90,8 @@ public:
     Vec3 gradient(const Vec3& point) const;
 
     /// Grid points of all levels; one position on two levels counts twice. Counted anew at each call, in linear
-    /// time, unless the shell was loaded from a file.
-    std::uint64_t grid_points() const;
+    /// time, unless the shell was loaded from a file. Reports no progress. \throws OptionError (run).
+    std::uint64_t grid_points(const Run& run = {}) const;
 
     const shell::ShellData& data() const { return *data_; }  ///< for the library
 
@@ -109,13 +108,14 @@ private:
 ///         for its size), OptionError, MemoryError (names the largest depth that fits), Cancelled.
 ThinShell build(const Mesh& mesh, const BuildOptions& options = {}, BuildTimes* times = nullptr);
 
-/// A hash of all that the result of build() depends on: the mesh, the options as given (not the number of
-/// threads), and the version of this library. ShellInfo::input_hash has it, so that a stored shell can be
+/// A hash of all that the result of build() depends on: the mesh, the options as given (not how they
+/// are to run), and the version of this library. ShellInfo::input_hash has it, so that a stored shell can be
 /// recognised. 128 bits, not meant to withstand somebody who wants two inputs to agree.
 std::array<std::uint64_t, 2> input_hash(const Mesh& mesh, const BuildOptions& options = {});
 
 /// Bytes that build() would take at its peak for this mesh and depth: an estimate from the mesh's area that
 /// is checked again, exactly, once the finest cells are counted. The mesh must be one that build() takes.
-std::uint64_t estimate_memory(const Mesh& mesh, int depth);
+/// Reports no progress. \throws OptionError (run).
+std::uint64_t estimate_memory(const Mesh& mesh, int depth, const Run& run = {});
 
 }  // namespace its

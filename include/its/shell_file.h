@@ -10,8 +10,8 @@ namespace its {
 
 /// Writes the shell to a temporary name beside `path`, then renames it: an existing file is replaced only by
 /// a complete one. The same shell gives the same bytes; docs/design/file-format.md specifies them.
-/// \throws FileError.
-void save(const ThinShell& shell, const std::filesystem::path& path);
+/// Reports no progress. \throws FileError, OptionError (run).
+void save(const ThinShell& shell, const std::filesystem::path& path, const Run& run = {});
 
 /// How much of a file is examined before load() returns. No file, damaged by accident or on purpose, makes any
 /// function of the library read out of bounds or run for ever, whichever is chosen.
@@ -30,11 +30,12 @@ struct LoadOptions {
     /// another (as save() does) but not be changed in place while a copy of the shell exists: a process that
     /// touches what is no longer there is killed by the system, and what was checked is no longer what is read.
     bool map = true;
+    Run run = {};  ///< reports no progress
 };
 
 /// Reads a shell, in any version of the format so far.
 /// \throws FileError if it cannot be read; InputError if it is not a complete, valid .its file; MemoryError if
-/// it is to be copied and larger than the free memory.
+/// it is to be copied and larger than the free memory; OptionError (run).
 ThinShell load(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace its

@@ -47,8 +47,7 @@ struct SimplifyOptions {
     /// holds for those.
     bool single_precision = false;
     std::uint64_t max_memory = 0;  ///< bytes for building the shell; 0: three quarters of what is free
-    int threads = 0;               ///< for building the shell; 0: all. No result depends on it
-    Progress progress = {};
+    Run run = {};
 };
 
 enum class SimplifyStop : std::uint8_t {

@@ -30,8 +30,7 @@ struct SurfaceOptions {
     /// keeps the surface off M. Without it the level is the side's own and the surface may touch M.
     bool certify = true;
     bool measure = false;  ///< measure SurfaceReport::to_mesh and from_mesh: costs about as much again
-    int threads = 0;       ///< 0: all. The result is the same bytes for any number
-    Progress progress = {};
+    Run run = {};
 };
 
 /// What is known of a surface. Lengths and values of f in mesh units.

@@ -9,8 +9,7 @@ namespace its {
 
 struct VdbOptions {
     double half_width = 3;  ///< of the band of active voxels, in finest cells of f; 1 to 64
-    int threads = 0;        ///< 0: all. The grid does not depend on it
-    Progress progress = {};
+    Run run = {};
 };
 
 /// Whether this library was built with OpenVDB.

@@ -23,8 +23,7 @@ struct VerifyOptions {
     /// BuildOptions::max_memory of the shell: part of its ShellInfo::input_hash where the depth was left to
     /// build().
     std::uint64_t build_memory = 0;
-    int threads = 0;  ///< 0: all. The result is the same for any number
-    Progress progress = {};
+    Run run = {};
 };
 
 /// One promise of docs/design/verify.md, checked.
@@ -48,7 +47,7 @@ struct VerifyReport {
 /// G2 (tightness), the sides of cells, the values of grid points (G3), the lists of triangles, the copy of the
 /// mesh and the description. `mesh` should be the mesh that the shell was built from.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, a mesh that does not fit the
-///         shell's root cube), OptionError (threads < 0), Cancelled.
+///         shell's root cube), OptionError (run), Cancelled.
 VerifyReport verify(const ThinShell& shell, const Mesh& mesh, const VerifyOptions& options = {});
 
 }  // namespace its

@@ -73,7 +73,7 @@ auto with_threads(int threads, F&& fn) {
         int limit = detail::thread_limit;
         ~Restore() { detail::thread_limit = limit; }
     } restore;
-    detail::thread_limit = threads > 0 ? threads : 4;
+    detail::thread_limit = threads > 0 ? std::min(threads, restore.limit) : restore.limit;
     return std::forward<F>(fn)();
 }
 #else
@@ -89,13 +89,14 @@ inline void parallel_sort(std::vector<std::uint64_t>& keys) {
     oneapi::tbb::parallel_sort(keys.begin(), keys.end());
 }
 
-/// Runs fn with at most `threads` threads (0: all of the machine), and never more than the machine has: TBB
-/// would print a warning.
+/// Runs fn with at most `threads` threads (0: all of the machine), and never more than the machine has (TBB
+/// would print a warning) or an enclosing with_threads() allows: a public function may call another as it is.
 /// \throws OptionError if negative
 template <class F>
 auto with_threads(int threads, F&& fn) {
     require_threads(threads);
-    const int all = oneapi::tbb::info::default_concurrency();
+    const int all =
+        std::min(oneapi::tbb::info::default_concurrency(), oneapi::tbb::this_task_arena::max_concurrency());
     oneapi::tbb::task_arena arena(threads > 0 ? std::min(threads, all) : all);
     return arena.execute(std::forward<F>(fn));
 }

@@ -44,8 +44,8 @@ struct ClosestPoints::Data {
     ClosestPointTree tree;
 };
 
-ClosestPoints::ClosestPoints(const Mesh& mesh, int threads)
-    : data_(with_threads(threads, [&] { return std::make_shared<const Data>(mesh); })) {}
+ClosestPoints::ClosestPoints(const Mesh& mesh, const Run& run)
+    : data_(with_threads(run.threads, [&] { return std::make_shared<const Data>(mesh); })) {}
 
 ClosestPoint ClosestPoints::find(const Vec3& point) const {
     if (!finite(point))
@@ -54,15 +54,14 @@ ClosestPoint ClosestPoints::find(const Vec3& point) const {
     return data_->find(point);
 }
 
-void ClosestPoints::find(std::span<const Vec3> points, std::span<ClosestPoint> results,
-                         const ClosestPointOptions& options) const {
+void ClosestPoints::find(std::span<const Vec3> points, std::span<ClosestPoint> results, const Run& run) const {
     if (points.size() != results.size())
         throw OptionError(
             fmt::format("closest points: {} points but room for {} results", points.size(), results.size()));
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const ClosestPoint none{.point = {nan, nan, nan}, .distance = nan, .barycentric = {nan, nan, nan}};
-    Stage stage(options.progress, "closest points", points.size());
-    with_threads(options.threads, [&] {
+    Stage stage(run.progress, "closest points", points.size());
+    with_threads(run.threads, [&] {
         for_chunks(points.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
             for (std::uint64_t i = begin; i < end; ++i)
                 results[i] = finite(points[i]) ? data_->find(points[i]) : none;

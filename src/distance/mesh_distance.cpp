@@ -96,13 +96,12 @@ MeshDistance distance::mesh_distance(const MeshView& from, const MeshView& to, s
     return combine(parts, points.samples());
 }
 
-MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples, int threads,
-                           const Progress& progress) {
+MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples, const Run& run) {
     require_searchable(from);
     require_searchable(to);
-    return with_threads(threads, [&] {
+    return with_threads(run.threads, [&] {
         return mesh_distance(MeshView{from.vertices, from.triangles}, MeshView{to.vertices, to.triangles},
-                             samples, progress);
+                             samples, run.progress);
     });
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/parallel.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 #include "inspect/inspect.h"
@@ -320,8 +321,8 @@ Inspection inspector::examine(const Mesh& mesh) {
     return out;
 }
 
-MeshReport inspect(const Mesh& mesh) {
-    return examine(mesh).report;
+MeshReport inspect(const Mesh& mesh, const Run& run) {
+    return with_threads(run.threads, [&] { return examine(mesh).report; });
 }
 
 Mesh inspector::turned(Mesh mesh, std::span<const std::uint8_t> turn) {
@@ -330,8 +331,8 @@ Mesh inspector::turned(Mesh mesh, std::span<const std::uint8_t> turn) {
     return mesh;
 }
 
-Mesh oriented(const Mesh& mesh) {
-    return turned(mesh, examine(mesh).turn);
+Mesh oriented(const Mesh& mesh, const Run& run) {
+    return with_threads(run.threads, [&] { return turned(mesh, examine(mesh).turn); });
 }
 
 }  // namespace its

@@ -46,7 +46,7 @@ void check(const ViewOptions& o) {
         throw OptionError(fmt::format("{} samples of the field: must be 16 to 256", o.field_samples));
     if (o.max_triangles < 1000)
         throw OptionError(fmt::format("at most {} triangles: must be 1000 or more", o.max_triangles));
-    require_threads(o.threads);
+    require_threads(o.run.threads);
     if (!has_view())
         throw Error(
             "this build cannot write pages, because npm was missing when it was configured; install nodejs "
@@ -164,8 +164,7 @@ Surface page_surface(const ThinShell& shell, SurfaceSide side, const ViewOptions
     Surface surface;
     for (;; resolution /= 2) {
         surface = extract_surface(
-            shell,
-            {.side = side, .resolution = resolution == own ? 0 : resolution, .progress = options.progress});
+            shell, {.side = side, .resolution = resolution == own ? 0 : resolution, .run = options.run});
         if (surface.mesh.triangles.size() <= options.max_triangles || resolution < 2) break;
     }
     if (!surface.report.reason.empty())
@@ -225,7 +224,7 @@ bool has_view() {
 
 std::string view_page(const ThinShell& shell, const ViewOptions& options) {
     check(options);
-    return with_threads(options.threads, [&] {
+    return with_threads(options.run.threads, [&] {
         std::string data = page_data(shell, options).dump(-1, ' ', false, Json::error_handler_t::replace);
         // Within a script element, "</script" and "<!--" would end or change it; < is written as an escape.
         for (std::size_t at = data.find('<'); at != std::string::npos; at = data.find('<', at + 1))

@@ -57,7 +57,7 @@ void check(const RenderOptions& o) {
     require(std::isfinite(o.cut), "the direction of the cuts must be finite");
     require(o.at >= 0 && o.at <= 1, fmt::format("position {} of the cuts: must be 0 to 1", o.at));
     require(o.samples >= 1 && o.samples <= 4096, fmt::format("samples {}: must be 1 to 4096", o.samples));
-    require_threads(o.threads);
+    require_threads(o.run.threads);
 }
 
 /// Between the mesh's coordinates and the scene's: units of s, centred, z upwards.
@@ -198,8 +198,7 @@ Model make_model(const ThinShell& shell, const RenderOptions& options) {
     const ShellInfo& info = shell.info();
     const Frame frame{0.5 * (info.root.min + info.root.max), info.scale, options.up};
     const auto surface = [&](SurfaceSide side) {
-        return extract_surface(shell,
-                               {.side = side, .resolution = options.resolution, .progress = options.progress});
+        return extract_surface(shell, {.side = side, .resolution = options.resolution, .run = options.run});
     };
     const Surface outer = surface(SurfaceSide::outer), inner = surface(SurfaceSide::inner);
     return {shell,
@@ -260,7 +259,7 @@ Image draw(const Model& model, const RenderOptions& options) {
         const Studio studio(panel.exhibits, key_light, floor, floor_reach);
         Camera fitted = fit(camera, print, rect, frame_margin);
         draw_studio(image, panel.title.empty() ? panel.rect : rect, studio, fitted, options.samples,
-                    options.progress, "render");
+                    options.run.progress, "render");
         if (panel.title.empty()) {
             write_key(pen, panel, key_entries(model));
         } else {
@@ -274,7 +273,7 @@ Image draw(const Model& model, const RenderOptions& options) {
 
 Image render(const ThinShell& shell, const RenderOptions& options) {
     check(options);
-    return with_threads(options.threads, [&] { return draw(make_model(shell, options), options); });
+    return with_threads(options.run.threads, [&] { return draw(make_model(shell, options), options); });
 }
 
 }  // namespace its

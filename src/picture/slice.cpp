@@ -49,7 +49,7 @@ void check(const SliceOptions& options) {
         throw OptionError(fmt::format("position {} of the plane: must be 0 to 1", options.at));
     if (options.size < 64 || options.size > 8192)
         throw OptionError(fmt::format("size {}: must be 64 to 8192 pixels", options.size));
-    require_threads(options.threads);
+    require_threads(options.run.threads);
 }
 
 /// What the large plot shows: centre and sides, mesh units.
@@ -226,7 +226,7 @@ Image draw(const ThinShell& shell, const SliceOptions& options) {
 
 Image slice(const ThinShell& shell, const SliceOptions& options) {
     check(options);
-    return with_threads(options.threads, [&] { return draw(shell, options); });
+    return with_threads(options.run.threads, [&] { return draw(shell, options); });
 }
 
 }  // namespace its

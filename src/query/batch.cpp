@@ -215,39 +215,37 @@ void check_sizes(std::size_t points, std::size_t out) {
         throw OptionError(fmt::format("batch of {} points: there is room for {} results", points, out));
 }
 
-/// run(begin, count) for consecutive blocks.
-template <class Run>
-void for_blocks(std::uint64_t count, const BatchOptions& options, const Run& run) {
-    require_threads(options.threads);
-    Stage stage(options.progress, "query", count);
+/// answer(begin, count) for consecutive blocks.
+template <class Answer>
+void for_blocks(std::uint64_t count, const Run& run, const Answer& answer) {
+    require_threads(run.threads);
+    Stage stage(run.progress, "query", count);
     const auto all = [&] {
         for_chunks(count, grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
             for (std::uint64_t at = begin; at < end; at += block_points)
-                run(at, int(std::min<std::uint64_t>(block_points, end - at)));
+                answer(at, int(std::min<std::uint64_t>(block_points, end - at)));
             stage.advance(end - begin);
         });
     };
     if (count <= grain)
         all();  // one chunk: this thread
     else
-        with_threads(options.threads, all);
+        with_threads(run.threads, all);
 }
 
 }  // namespace
 
-void Query::classify(std::span<const Vec3> points, std::span<std::int8_t> out,
-                     const BatchOptions& options) const {
+void Query::classify(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run) const {
     check_sizes(points.size(), out.size());
-    for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         sides_of_block(*index_, points.data() + begin, count, out.data() + begin);
     });
 }
 
-void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out,
-                           const BatchOptions& options) const {
+void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run) const {
     check_sizes(points.size(), out.size());
     const ShellInfo& info = shell_.info();
-    for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         double f[block_points];
         value_block(*index_, points.data() + begin, count, f);
         for (int i = 0; i < count; ++i)
@@ -256,10 +254,10 @@ void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> 
 }
 
 void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out,
-                           const ClosestSides& closest, const BatchOptions& options) const {
+                           const ClosestSides& closest, const Run& run) const {
     check_sizes(points.size(), out.size());
     const ShellInfo& info = shell_.info();
-    for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         double f[block_points];
         value_block(*index_, points.data() + begin, count, f);
         for (int i = 0; i < count; ++i) {
@@ -271,27 +269,26 @@ void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> 
     });
 }
 
-void Query::value(std::span<const Vec3> points, std::span<double> out, const BatchOptions& options) const {
+void Query::value(std::span<const Vec3> points, std::span<double> out, const Run& run) const {
     check_sizes(points.size(), out.size());
-    for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         value_block(*index_, points.data() + begin, count, out.data() + begin);
     });
 }
 
-void Query::gradient(std::span<const Vec3> points, std::span<Vec3> out, const BatchOptions& options) const {
+void Query::gradient(std::span<const Vec3> points, std::span<Vec3> out, const Run& run) const {
     check_sizes(points.size(), out.size());
-    for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         for (std::uint64_t i = begin; i < begin + std::uint64_t(count); ++i)
             out[i] = field_gradient(*index_, points[i]);
     });
 }
 
-void Query::signed_distance_bound(std::span<const Vec3> points, std::span<Interval> out,
-                                  const BatchOptions& options) const {
+void Query::signed_distance_bound(std::span<const Vec3> points, std::span<Interval> out, const Run& run) const {
     check_sizes(points.size(), out.size());
     require_distances(shell_.info());
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    for_blocks(points.size(), options, [&](std::uint64_t begin, int count) {
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         std::int8_t code[block_points];
         sides_of_block(*index_, points.data() + begin, count, code);
         for (int i = 0; i < count; ++i) {

@@ -63,12 +63,12 @@ struct ClosestSides::Data {
     std::vector<std::array<Vec3, 3>> at_edge;  ///< of a triangle, opposite of each corner; of any length
 };
 
-ClosestSides::ClosestSides(const ThinShell& shell, int threads) {
+ClosestSides::ClosestSides(const ThinShell& shell, const Run& run) {
     if (shell.info().sign != SignRule::winding)
         throw OptionError(
             "sides by closest points: the mesh must be closed, and its shell's sign rule winding; use "
             "Query::classify()");
-    data_ = with_threads(threads, [&] { return std::make_shared<const Data>(shell.mesh()); });
+    data_ = with_threads(run.threads, [&] { return std::make_shared<const Data>(shell.mesh()); });
 }
 
 Side ClosestSides::side(const Vec3& point) const {

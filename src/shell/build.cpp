@@ -29,7 +29,7 @@ constexpr double lscg_tolerance =
 void check_options(const BuildOptions& options) {
     if (options.depth && (*options.depth < 0 || *options.depth > max_depth))
         throw OptionError(fmt::format("depth {}: must be 0 to {}", *options.depth, max_depth));
-    require_threads(options.threads);
+    require_threads(options.run.threads);
 }
 
 /// The rule to use, and one sentence that says why. A rule that is asked for takes the triangles' directions as
@@ -116,14 +116,15 @@ public:
 
     void find_cells() {
         const Stopwatch octree_time;
-        voxels_ = octree::voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(),
-                                   options_.progress, [&](int level, std::uint64_t cells, std::uint64_t pairs) {
-                                       budget_.check_level(level, cells, pairs);
-                                   });
+        voxels_ =
+            octree::voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(),
+                             options_.run.progress, [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+                                 budget_.check_level(level, cells, pairs);
+                             });
         times_.octree = octree_time.seconds();
 
         const Stopwatch sign_time;
-        signs_.emplace(sign_, oriented_, shell_->lattice, voxels_, options_.progress);
+        signs_.emplace(sign_, oriented_, shell_->lattice, voxels_, options_.run.progress);
         times_.signs = sign_time.seconds();
 
         const Stopwatch tree_time;
@@ -136,11 +137,12 @@ public:
 
     void find_distances() {
         const Stopwatch distance_time;
-        distance_ = distance::grid_distances(shell_->octree, positions_, mesh_.triangles, options_.progress);
+        distance_ =
+            distance::grid_distances(shell_->octree, positions_, mesh_.triangles, options_.run.progress);
         times_.distance = distance_time.seconds();
 
         const Stopwatch sign_time;
-        shell_->sides = signs_->apply(shell_->octree, distance_, options_.progress);
+        shell_->sides = signs_->apply(shell_->octree, distance_, options_.run.progress);
         signs_.reset();
         times_.signs += sign_time.seconds();
         times_.distance += times_.signs;
@@ -150,8 +152,8 @@ public:
         const Stopwatch time;
         shell_->field = field::solve_direct(std::move(distance_));
         if (options_.solver == Solver::lscg)
-            shell_->field =
-                field::solve_lscg(shell_->octree, shell_->field, lscg_tolerance, options_.progress, nullptr);
+            shell_->field = field::solve_lscg(shell_->octree, shell_->field, lscg_tolerance,
+                                              options_.run.progress, nullptr);
         times_.field = time.seconds();
     }
 
@@ -159,7 +161,7 @@ public:
         const Stopwatch time;
         Extremes extremes =
             find_extremes(shell_->lattice, shell_->octree, shell_->field, positions_, mesh_.triangles,
-                          voxels_.offset, voxels_.triangle, options_.extrema, options_.progress);
+                          voxels_.offset, voxels_.triangle, options_.extrema, options_.run.progress);
         shell_->surface.lower = std::move(extremes.cell_lower);
         shell_->surface.upper = std::move(extremes.cell_upper);
         shell_->surface.lists = pack_lists(shell_->octree.levels[0], voxels_.offset, voxels_.triangle);
@@ -207,7 +209,7 @@ private:
 
 ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times) {
     check_options(options);
-    return with_threads(options.threads, [&] {
+    return with_threads(options.run.threads, [&] {
         const Stopwatch total;
         Builder builder(mesh, options);
         builder.find_cells();
@@ -223,8 +225,8 @@ ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times
     });
 }
 
-std::uint64_t estimate_memory(const Mesh& mesh, int depth) {
-    return build_bytes(estimate_size(mesh, depth));
+std::uint64_t estimate_memory(const Mesh& mesh, int depth, const Run& run) {
+    return with_threads(run.threads, [&] { return build_bytes(estimate_size(mesh, depth)); });
 }
 
 }  // namespace its

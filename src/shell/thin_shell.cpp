@@ -3,6 +3,7 @@
 #include <mutex>
 #include <utility>
 
+#include "base/parallel.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 #include "shell/shell_data.h"
@@ -70,8 +71,10 @@ Vec3 ThinShell::gradient(const Vec3& point) const {
     return gradient;
 }
 
-std::uint64_t ThinShell::grid_points() const {
-    return data_->grid_points > 0 ? data_->grid_points : octree::count_grid_points(data_->octree);
+std::uint64_t ThinShell::grid_points(const Run& run) const {
+    return with_threads(run.threads, [&] {
+        return data_->grid_points > 0 ? data_->grid_points : octree::count_grid_points(data_->octree);
+    });
 }
 
 }  // namespace its

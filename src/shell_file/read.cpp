@@ -220,8 +220,11 @@ void shell_file::mend_checksums(std::span<std::byte> bytes) {
 }
 
 ThinShell load(const std::filesystem::path& path, const LoadOptions& options) {
-    const FileBytes file = options.map ? map_bytes(path) : read_bytes(path);
-    return ThinShell(std::make_shared<const shell::ShellData>(read_shell(file, path.string(), options.check)));
+    return with_threads(options.run.threads, [&] {
+        const FileBytes file = options.map ? map_bytes(path) : read_bytes(path);
+        return ThinShell(
+            std::make_shared<const shell::ShellData>(read_shell(file, path.string(), options.check)));
+    });
 }
 
 }  // namespace its

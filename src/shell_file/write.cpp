@@ -111,10 +111,12 @@ std::vector<std::byte> shell_file::encode(const shell::ShellData& shell) {
     return file;
 }
 
-void save(const ThinShell& shell, const std::filesystem::path& path) {
-    OutputFile file(path);
-    emit(shell.data(), [&](std::span<const std::byte> bytes) { file.write(bytes); });
-    file.commit();
+void save(const ThinShell& shell, const std::filesystem::path& path, const Run& run) {
+    with_threads(run.threads, [&] {
+        OutputFile file(path);
+        emit(shell.data(), [&](std::span<const std::byte> bytes) { file.write(bytes); });
+        file.commit();
+    });
 }
 
 }  // namespace its

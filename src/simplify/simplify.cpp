@@ -45,7 +45,7 @@ std::string_view name(SimplifyMethod method) {
 /// \throws OptionError
 void check_options(const SimplifyOptions& o) {
     const bool certified = o.method == SimplifyMethod::certified;
-    require_threads(o.threads);
+    require_threads(o.run.threads);
     if (o.faces && *o.faces == 0) throw OptionError("faces 0: must be at least 1");
     if (o.tolerance && !(*o.tolerance > 0 && std::isfinite(*o.tolerance)))
         throw OptionError(fmt::format("tolerance {}: must be a length above 0, in mesh units", *o.tolerance));
@@ -108,11 +108,7 @@ std::optional<ThinShell> make_shell(const Mesh& mesh, const SimplifyOptions& o) 
     const bool wanted = o.method == SimplifyMethod::certified ? o.depth || (!o.tolerance && !o.faces)
                                                               : o.method != SimplifyMethod::qem;
     if (!wanted) return std::nullopt;
-    ThinShell shell = build(mesh, {.depth = o.depth,
-                                   .sign = o.sign,
-                                   .max_memory = o.max_memory,
-                                   .threads = o.threads,
-                                   .progress = o.progress});
+    ThinShell shell = build(mesh, {.depth = o.depth, .sign = o.sign, .max_memory = o.max_memory, .run = o.run});
     if (o.tolerance && *o.tolerance < shell.info().thickness())
         throw OptionError(fmt::format(
             "tolerance {}: a shell of depth {} cannot reach it, being {:.6g} thick; use a greater depth, "
@@ -239,9 +235,9 @@ void take_pilot_if_better(Job& job, Pilot& pilot, const Complex& original) {
                             pilot.complex.living_triangles() <= job.complex.living_triangles();
     if (!comparable || pilot.error >= bound) return;
     const Mesh before = to_mesh(original), after = to_mesh(pilot.complex);
-    const double there = hausdorff_bound(before, after, bound, o.progress);
+    const double there = hausdorff_bound(before, after, bound, o.run.progress);
     if (there >= bound) return;
-    const double both = std::max(there, hausdorff_bound(after, before, bound, o.progress));
+    const double both = std::max(there, hausdorff_bound(after, before, bound, o.run.progress));
     if (both >= bound) return;
     bound = both;
     job.complex = std::move(pilot.complex);
@@ -263,7 +259,7 @@ void run(Job& job) {
     std::optional<WithoutIntersections> without;
     if (o.no_self_intersections) without.emplace(*rule, job.complex);
     Decimator decimator(job.complex, without ? *without : *rule, o.single_precision);
-    Stage stage(o.progress, "simplify",
+    Stage stage(o.run.progress, "simplify",
                 job.complex.living_triangles() - std::min(o.faces.value_or(0), job.complex.living_triangles()));
     const auto advance = [&](std::uint64_t gone) { stage.advance(gone); };
     double tolerance = o.tolerance.value_or(no_limit);
@@ -282,6 +278,30 @@ void run(Job& job) {
         report.in_shell = moved == 0 || whole_in_shell(job.complex, *job.shell);
     if (o.no_self_intersections) require_no_intersections(job.complex, "the result meets itself");
     report.seconds.simplify = watch.seconds();
+}
+
+Simplified simplified(const Mesh& mesh, const MeshAttributes& attributes, const SimplifyOptions& options) {
+    const Stopwatch watch;
+    const AttributeTransfer transfer(mesh, attributes);
+    Job job{options, Complex(mesh, transfer.wedges()), {}, {}};
+    job.report.seam_edges_before = job.complex.seam_edges();
+    job.report.faces_before = job.complex.living_triangles();
+    job.report.vertices_before = job.complex.vertices();
+    check_faces(job);
+    const Stopwatch shell_watch;
+    job.shell = make_shell(mesh, options);
+    if (job.shell) {
+        job.report.shell = job.shell->info();
+        job.report.seconds.shell = shell_watch.seconds();
+    }
+    run(job);
+    job.report.faces_after = job.complex.living_triangles();
+    job.report.vertices_after = living_vertices(job.complex);
+    job.report.seam_edges_after = job.complex.seam_edges();
+    Simplified result{to_mesh(job.complex), {}, job.report};
+    if (!attributes.empty()) result.attributes = transfer.attributes_of(job.complex, result.mesh);
+    result.report.seconds.total = watch.seconds();
+    return result;
 }
 
 }  // namespace
@@ -305,30 +325,10 @@ Simplified simplify(const Mesh& mesh, const SimplifyOptions& options) {
 }
 
 Simplified simplify(const Mesh& mesh, const MeshAttributes& attributes, const SimplifyOptions& options) {
-    const Stopwatch watch;
     check_options(options);
     check_mesh(mesh);
     check_attributes(mesh, attributes);
-    const AttributeTransfer transfer(mesh, attributes);
-    Job job{options, Complex(mesh, transfer.wedges()), {}, {}};
-    job.report.seam_edges_before = job.complex.seam_edges();
-    job.report.faces_before = job.complex.living_triangles();
-    job.report.vertices_before = job.complex.vertices();
-    check_faces(job);
-    const Stopwatch shell_watch;
-    job.shell = make_shell(mesh, options);
-    if (job.shell) {
-        job.report.shell = job.shell->info();
-        job.report.seconds.shell = shell_watch.seconds();
-    }
-    run(job);
-    job.report.faces_after = job.complex.living_triangles();
-    job.report.vertices_after = living_vertices(job.complex);
-    job.report.seam_edges_after = job.complex.seam_edges();
-    Simplified result{to_mesh(job.complex), {}, job.report};
-    if (!attributes.empty()) result.attributes = transfer.attributes_of(job.complex, result.mesh);
-    result.report.seconds.total = watch.seconds();
-    return result;
+    return with_threads(options.run.threads, [&] { return simplified(mesh, attributes, options); });
 }
 
 }  // namespace its

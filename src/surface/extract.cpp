@@ -35,7 +35,7 @@ constexpr std::uint64_t samples = 200'000;  // of measured distances, each way
 void check_options(const SurfaceOptions& options) {
     if (options.resolution < 0 || options.resolution > max_resolution)
         throw OptionError(fmt::format("resolution {}: must be 0 to {}", options.resolution, max_resolution));
-    require_threads(options.threads);
+    require_threads(options.run.threads);
     if (options.level && !std::isfinite(*options.level)) throw OptionError("level: must be a finite number");
 }
 
@@ -153,17 +153,17 @@ Surface extract(const shell::ShellData& shell, const SurfaceOptions& options) {
     SurfaceRange near_end{0, 0};
     const bool search = options.certify && !options.level && options.side != SurfaceSide::zero;
     if (search) {
-        CertifiedLevel found = find_certified_level(*source, options.side, own, options.progress);
+        CertifiedLevel found = find_certified_level(*source, options.side, own, options.run.progress);
         frame.level = found.level;
         near_end = found.range;
         cells = std::move(found.cells);
     } else {
-        cells = source->cells(frame.level, frame.level, options.progress);
+        cells = source->cells(frame.level, frame.level, options.run.progress);
     }
     check_inside_root(shell, frame.level);
 
     Surface surface;
-    surface.mesh = polygonise(frame, cells, options.progress);
+    surface.mesh = polygonise(frame, cells, options.run.progress);
     SurfaceReport& report = surface.report;
     report.side = options.side;
     report.level = shell.lattice.width * frame.level;
@@ -178,14 +178,14 @@ Surface extract(const shell::ShellData& shell, const SurfaceOptions& options) {
                                            !search                              ? RangeEnds::both
                                            : options.side == SurfaceSide::outer ? RangeEnds::upper
                                                                                 : RangeEnds::lower,
-                                           options.progress);
+                                           options.run.progress);
         if (search)
             (options.side == SurfaceSide::outer ? range.lower = near_end.lower : range.upper = near_end.upper);
         certify(shell, range, report);
     }
     explain(shell, options, report);
     report.seconds = watch.seconds();
-    if (options.measure && !report.empty) measure(shell, options.progress, surface);
+    if (options.measure && !report.empty) measure(shell, options.run.progress, surface);
     return surface;
 }
 
@@ -193,7 +193,7 @@ Surface extract(const shell::ShellData& shell, const SurfaceOptions& options) {
 
 Surface extract_surface(const ThinShell& shell, const SurfaceOptions& options) {
     check_options(options);
-    return with_threads(options.threads, [&] { return extract(shell.data(), options); });
+    return with_threads(options.run.threads, [&] { return extract(shell.data(), options); });
 }
 
 }  // namespace its

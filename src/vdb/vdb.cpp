@@ -72,7 +72,7 @@ openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOption
 
     openvdb::FloatGrid::Accessor accessor = grid->getAccessor();
     for (const surface::LevelCell& cell : surface::find_level_cells(
-             shell.octree, shell.field, -options.half_width, options.half_width, options.progress))
+             shell.octree, shell.field, -options.half_width, options.half_width, options.run.progress))
         for (int c = 0; c < 8; ++c) {
             const double value = cell.value[std::size_t(c)];
             if (!(std::abs(value) < options.half_width)) continue;
@@ -96,7 +96,7 @@ openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOption
 void write_vdb(const ThinShell& shell, const std::filesystem::path& path, const VdbOptions& options) {
     if (!(options.half_width >= 1 && options.half_width <= 64))
         throw OptionError(fmt::format("half width {}: must be 1 to 64", options.half_width));
-    with_threads(options.threads, [&] {
+    with_threads(options.run.threads, [&] {
         openvdb::initialize();
         const openvdb::FloatGrid::Ptr grid = make_grid(shell.data(), options);
         OutputFile file(path);

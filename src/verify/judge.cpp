@@ -105,7 +105,7 @@ bool equal_but_for_turns(std::span<const Triangle> a, std::span<const Triangle> 
 
 VerifyReport judge(const shell::ShellData& data, const Evaluation& value, const Mesh& mesh,
                    const VerifyOptions& options) {
-    return with_threads(options.threads, [&] {
+    return with_threads(options.run.threads, [&] {
         VerifyReport report;
         const std::optional<Arrays> arrays = check_structure(data, options, report);
         if (!arrays) return report;  // the rest would read outside the arrays

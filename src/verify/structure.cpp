@@ -143,7 +143,7 @@ PointTally check_points(const View& view, const VerifyOptions& options, Arrays& 
     const octree::Octree& octree = view.data().octree;
     std::uint64_t total = 0;
     for (const octree::Level& level : octree.levels) total += level.parent.size();
-    Stage stage(options.progress, "verify: structure", total);
+    Stage stage(options.run.progress, "verify: structure", total);
     PointTally sum;
     constexpr std::uint64_t grain = 1024;
     out.own_points.resize(octree.levels.size());

@@ -188,7 +188,7 @@ TEST(ClosestPoint, CanBeStopped) {
                  Cancelled);
     EXPECT_THROW(closest.find(points, std::span(results).first(5)), OptionError);
     EXPECT_THROW(closest.find(points, results, {.threads = -1}), OptionError);
-    EXPECT_THROW(ClosestPoints(mesh, -1), OptionError);
+    EXPECT_THROW(ClosestPoints(mesh, {.threads = -1}), OptionError);
 }
 
 TEST(ClosestPoint, AgreesWithCgalOnRealMeshes) {

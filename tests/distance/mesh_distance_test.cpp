@@ -60,7 +60,8 @@ TEST(MeshDistance, OfAMeshWithoutAreaIsThatOfItsVertices) {
 
 TEST(MeshDistance, IsTheSameForAnyNumberOfThreads) {
     const Mesh a = zoo::twisted_knot(80, 20), b = zoo::twisted_knot(60, 15);
-    const MeshDistance one = mesh_distance(a, b, 50'000, 1), two = mesh_distance(a, b, 50'000, 2);
+    const MeshDistance one = mesh_distance(a, b, 50'000, {.threads = 1}),
+                       two = mesh_distance(a, b, 50'000, {.threads = 2});
     EXPECT_EQ(one.max, two.max);
     EXPECT_EQ(one.mean, two.mean);
     EXPECT_EQ(one.root_mean_square, two.root_mean_square);
@@ -70,8 +71,9 @@ TEST(MeshDistance, RefusesAndStops) {
     const Mesh mesh = zoo::tetrahedron();
     EXPECT_THROW(mesh_distance({}, mesh), InputError);
     EXPECT_THROW(mesh_distance(mesh, {}), InputError);
-    EXPECT_THROW(mesh_distance(mesh, mesh, 10, -1), OptionError);
-    EXPECT_THROW(mesh_distance(mesh, mesh, 100'000, 2, [](std::string_view, double f) { return f < 0.5; }),
+    EXPECT_THROW(mesh_distance(mesh, mesh, 10, {.threads = -1}), OptionError);
+    EXPECT_THROW(mesh_distance(mesh, mesh, 100'000,
+                               {.threads = 2, .progress = [](std::string_view, double f) { return f < 0.5; }}),
                  Cancelled);
 }
 

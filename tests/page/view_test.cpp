@@ -116,7 +116,8 @@ TEST_F(View, LoadsNothingAndEscapesTheTitle) {
 }
 
 TEST_F(View, SameBytesForAnyNumberOfThreads) {
-    EXPECT_EQ(view_page(torus_shell(), {.threads = 1}), view_page(torus_shell(), {.threads = 2}));
+    EXPECT_EQ(view_page(torus_shell(), {.run = {.threads = 1}}),
+              view_page(torus_shell(), {.run = {.threads = 2}}));
 }
 
 TEST_F(View, SaysWhatIsShownSimplified) {
@@ -145,7 +146,7 @@ TEST_F(View, RefusesOptionsOutOfRange) {
                                                              {.field_samples = 15},
                                                              {.field_samples = 257},
                                                              {.max_triangles = 999},
-                                                             {.threads = -1}})
+                                                             {.run = {.threads = -1}}})
         EXPECT_THROW(view_page(torus_shell(), wrong), OptionError);
 }
 

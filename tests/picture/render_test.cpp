@@ -124,8 +124,8 @@ TEST(Render, ShowsAllFourInTheirColours) {
 
 TEST(Render, SameBytesForAnyNumberOfThreads) {
     const ThinShell shell = build_at(zoo::torus(1, 0.4, 24, 12), 4);
-    const Image one = render(shell, {.width = 256, .samples = 2, .threads = 1});
-    const Image two = render(shell, {.width = 256, .samples = 2, .threads = 2});
+    const Image one = render(shell, {.width = 256, .samples = 2, .run = {.threads = 1}});
+    const Image two = render(shell, {.width = 256, .samples = 2, .run = {.threads = 2}});
     EXPECT_EQ(one.rgb, two.rgb);
 }
 
@@ -165,7 +165,7 @@ TEST(Render, RefusesOptionsOutOfRange) {
                                                                  {.samples = 0},
                                                                  {.samples = 4097},
                                                                  {.resolution = -1},
-                                                                 {.threads = -1}})
+                                                                 {.run = {.threads = -1}}})
         EXPECT_THROW(render(shell, wrong), OptionError);
 }
 
@@ -173,7 +173,7 @@ TEST(Render, CanBeStopped) {
     const ThinShell shell = build_at(zoo::torus(1, 0.4, 24, 12), 4);
     int calls = 0;
     RenderOptions options{.width = 256, .samples = 1};
-    options.progress = [&](std::string_view stage, double fraction) {
+    options.run.progress = [&](std::string_view stage, double fraction) {
         EXPECT_GE(fraction, 0);
         EXPECT_LE(fraction, 1);
         return !(stage == "render" && ++calls > 3);

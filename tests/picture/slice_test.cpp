@@ -264,7 +264,7 @@ TEST(Slice, RefusesOptionsOutOfRange) {
     EXPECT_THROW(slice(shell, {.at = std::numeric_limits<double>::quiet_NaN()}), OptionError);
     EXPECT_THROW(slice(shell, {.size = 63}), OptionError);
     EXPECT_THROW(slice(shell, {.size = 8193}), OptionError);
-    EXPECT_THROW(slice(shell, {.threads = -1}), OptionError);
+    EXPECT_THROW(slice(shell, {.run = {.threads = -1}}), OptionError);
     EXPECT_THROW(slice(shell, {.normal = Vec3{}}), OptionError);
     EXPECT_THROW(slice(shell, {.normal = Vec3{0, NAN, 1}}), OptionError);
     EXPECT_THROW(slice(shell, {.through = Vec3{INFINITY, 0, 1}}), OptionError);
@@ -288,8 +288,8 @@ TEST(Slice, DrawsTheSectionOfAnotherMesh) {
 }
 
 TEST(Slice, SameBytesForAnyNumberOfThreads) {
-    const Image one = slice(sphere_shell(), {.size = 300, .cells = true, .threads = 1});
-    const Image two = slice(sphere_shell(), {.size = 300, .cells = true, .threads = 2});
+    const Image one = slice(sphere_shell(), {.size = 300, .cells = true, .run = {.threads = 1}});
+    const Image two = slice(sphere_shell(), {.size = 300, .cells = true, .run = {.threads = 2}});
     EXPECT_EQ(one.width, two.width);
     EXPECT_EQ(one.rgb, two.rgb);
 }

@@ -86,7 +86,7 @@ TEST(ClosestSides, AgreeWithTheExactSideOnEmbeddedMeshes) {
 TEST(ClosestSides, NeedAClosedMesh) {
     const Mesh open{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
     EXPECT_THROW(ClosestSides{build_shell(open, 3)}, OptionError);
-    EXPECT_THROW(ClosestSides(build_shell(zoo::tetrahedron(), 3), -1), OptionError);
+    EXPECT_THROW(ClosestSides(build_shell(zoo::tetrahedron(), 3), {.threads = -1}), OptionError);
     const ClosestSides closest(build_shell(zoo::tetrahedron(), 3));
     EXPECT_THROW(closest.side({NAN, 0, 0}), InputError);
 }

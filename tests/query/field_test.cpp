@@ -157,7 +157,7 @@ TEST(QueryBatch, EqualsSingleCallsBitByBitForAnyThreads) {
             bound[i] = finite(p) ? query.signed_distance_bound(p) : Interval{nan, nan};
         }
         for (const int threads : {1, 2, 0}) {
-            BatchOptions options;
+            its::Run options;
             options.threads = threads;
             std::vector<std::int8_t> sides(n), shell_sides(n);
             std::vector<double> values(n);
@@ -187,7 +187,7 @@ TEST(QueryBatch, RefusesWhatMakesNoSense) {
     std::vector<double> values(11);
     EXPECT_THROW(query.value(points, values), OptionError);
     codes.resize(10);
-    BatchOptions options;
+    its::Run options;
     options.threads = -1;
     EXPECT_THROW(query.classify(points, codes, options), OptionError);
     EXPECT_NO_THROW(query.classify({}, {}));
@@ -198,7 +198,7 @@ TEST(QueryBatch, ReportsProgressAndStops) {
     const std::vector<Vec3> points(200'000);
     std::vector<std::int8_t> codes(points.size());
     double last = 0;
-    BatchOptions options;
+    its::Run options;
     options.progress = [&](std::string_view stage, double fraction) {
         EXPECT_EQ(stage, "query");
         last = std::max(last, fraction);

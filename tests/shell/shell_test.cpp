@@ -17,7 +17,7 @@ ThinShell build_at(const Mesh& mesh, int depth, Extrema extrema = Extrema::certi
     BuildOptions options;
     options.depth = depth;
     options.extrema = extrema;
-    options.threads = threads;
+    options.run.threads = threads;
     return build(mesh, options);
 }
 
@@ -208,9 +208,9 @@ TEST(Build, RefusesWhatItCannotDo) {
     options.depth = -1;
     EXPECT_THROW(build(sphere, options), OptionError);
     options.depth = 3;
-    options.threads = -2;
+    options.run.threads = -2;
     EXPECT_THROW(build(sphere, options), OptionError);
-    options.threads = 0;
+    options.run.threads = 0;
     options.sign = SignRule::winding;
     EXPECT_THROW(build(zoo::sheet(4), options), OptionError) << "an open mesh has no winding numbers";
     EXPECT_THROW(build(Mesh{}, BuildOptions{}), InputError);
@@ -276,7 +276,7 @@ TEST(Build, CanBeStoppedAtAnyPoint) {
     int calls = 0;
     BuildOptions options;
     options.depth = 5;
-    options.progress = [&](std::string_view, double fraction) {
+    options.run.progress = [&](std::string_view, double fraction) {
         EXPECT_GE(fraction, 0);
         EXPECT_LE(fraction, 1);
         ++calls;
@@ -286,7 +286,7 @@ TEST(Build, CanBeStoppedAtAnyPoint) {
     EXPECT_GT(calls, 5);
     for (int stop_at = 1; stop_at <= calls; stop_at += std::max(1, calls / 20)) {
         int seen = 0;
-        options.progress = [&](std::string_view, double) { return ++seen < stop_at; };
+        options.run.progress = [&](std::string_view, double) { return ++seen < stop_at; };
         EXPECT_THROW(build(mesh, options), Cancelled) << "stopped at call " << stop_at << " of " << calls;
     }
 }

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 ThinShell build_at(const Mesh& mesh, int depth, int threads = 0) {
     BuildOptions options;
     options.depth = depth;
-    options.threads = threads;
+    options.run.threads = threads;
     return build(mesh, options);
 }
 

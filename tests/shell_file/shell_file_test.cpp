@@ -236,9 +236,8 @@ double use(shell::ShellData data) {
         for (int child = 0; child < 8; ++child)
             for (const std::uint32_t t : thin.data().triangles(g, child))
                 sum += double(thin.data().mesh.triangles[t][0]);
-    (void)slice(thin, {.axis = 2, .at = 0.5, .size = 64, .cells = true, .threads = 1});
-    (void)verify(thin, thin.mesh(),
-                 {.samples = 10, .seed = 1, .grid_samples = 10, .threads = 1, .progress = {}});
+    (void)slice(thin, {.axis = 2, .at = 0.5, .size = 64, .cells = true, .run = {.threads = 1}});
+    (void)verify(thin, thin.mesh(), {.samples = 10, .seed = 1, .grid_samples = 10, .run = {.threads = 1}});
     return sum;
 }
 

@@ -359,7 +359,7 @@ TEST(Meaning, TheSameForAnyNumberOfThreads) {
     options.depth = 6;
     std::vector<double> first;
     for (const int threads : {1, 2}) {
-        options.threads = threads;
+        options.run.threads = threads;
         const ThinShell shell = build(open, options);
         std::vector<double> values;
         for (int i = 0; i < 1000; ++i)

@@ -276,8 +276,8 @@ TEST(Simplify, UnitsDoNotMatter) {
 
 TEST(Simplify, SameResultForAnyThreads) {
     const Mesh mesh = zoo::twisted_knot(120, 20);
-    const Simplified one = simplify(mesh, {.faces = 800, .depth = 5, .threads = 1});
-    const Simplified two = simplify(mesh, {.faces = 800, .depth = 5, .threads = 2});
+    const Simplified one = simplify(mesh, {.faces = 800, .depth = 5, .run = {.threads = 1}});
+    const Simplified two = simplify(mesh, {.faces = 800, .depth = 5, .run = {.threads = 2}});
     EXPECT_EQ(one.mesh.vertices, two.mesh.vertices);
     EXPECT_EQ(one.mesh.triangles, two.mesh.triangles);
 }
@@ -312,7 +312,7 @@ TEST(Simplify, RefusesWhatCannotBe) {
     refuses({.faces = 3}, "needs at least 4");
     refuses({.depth = 99}, "depth 99");
     refuses({.method = SimplifyMethod::priority, .faces = 100, .gamma = -1}, "gamma -1");
-    refuses({.faces = 100, .threads = -1}, "threads -1");
+    refuses({.faces = 100, .run = {.threads = -1}}, "threads -1");
     EXPECT_THAT([] { simplify(zoo::torus(1, 0.4, 20, 10), {.faces = 13}); },
                 ThrowsMessage<OptionError>(HasSubstr("needs at least 14")));
     EXPECT_THROW(simplify({}, {.faces = 10}), InputError);
@@ -325,9 +325,9 @@ TEST(Simplify, RefusesWhatCannotBe) {
 TEST(Simplify, CanBeStopped) {
     const Mesh mesh = zoo::sphere({0, 0, 0}, 1, 5);
     int calls = 0;
-    EXPECT_THROW(
-        simplify(mesh, {.tolerance = 0.01, .progress = [&](std::string_view, double) { return ++calls < 3; }}),
-        Cancelled);
+    EXPECT_THROW(simplify(mesh, {.tolerance = 0.01,
+                                 .run = {.progress = [&](std::string_view, double) { return ++calls < 3; }}}),
+                 Cancelled);
     EXPECT_EQ(calls, 3);
 }
 

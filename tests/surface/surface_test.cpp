@@ -196,7 +196,7 @@ TEST(Surface, OptionsOutOfRangeAreRefused) {
     const ThinShell shell = build_at(zoo::tetrahedron(), 2);
     EXPECT_THROW(extract_surface(shell, {.resolution = -1}), OptionError);
     EXPECT_THROW(extract_surface(shell, {.resolution = 65537}), OptionError);
-    EXPECT_THROW(extract_surface(shell, {.threads = -1}), OptionError);
+    EXPECT_THROW(extract_surface(shell, {.run = {.threads = -1}}), OptionError);
     EXPECT_THROW(extract_surface(shell, {.level = std::nan("")}), OptionError);
 }
 
@@ -239,9 +239,10 @@ TEST(Surface, WithoutInsideThereIsOneAroundBothSides) {
 TEST(Surface, IsTheSameForAnyNumberOfThreads) {
     const ThinShell shell = build_at(zoo::twisted_knot(80, 16), 5);
     for (const int resolution : {0, 41}) {
-        const Surface one = extract_surface(shell, {.resolution = resolution, .threads = 1});
+        const Surface one = extract_surface(shell, {.resolution = resolution, .run = {.threads = 1}});
         for (const int threads : {2, 0}) {
-            const Surface other = extract_surface(shell, {.resolution = resolution, .threads = threads});
+            const Surface other =
+                extract_surface(shell, {.resolution = resolution, .run = {.threads = threads}});
             EXPECT_EQ(one.mesh.triangles, other.mesh.triangles);
             ASSERT_EQ(one.mesh.vertices.size(), other.mesh.vertices.size());
             EXPECT_EQ(std::memcmp(one.mesh.vertices.data(), other.mesh.vertices.data(),
@@ -259,7 +260,7 @@ TEST(Surface, CanBeCancelledAtEveryReport) {
     for (const int resolution : {0, 40}) {
         int reports = 0;
         SurfaceOptions options{.resolution = resolution, .measure = true};
-        options.progress = [&](std::string_view, double fraction) {
+        options.run.progress = [&](std::string_view, double fraction) {
             EXPECT_TRUE(fraction >= 0 && fraction <= 1);
             ++reports;
             return true;
@@ -268,7 +269,7 @@ TEST(Surface, CanBeCancelledAtEveryReport) {
         ASSERT_GT(reports, 20);
         for (int fifth = 0; fifth < 5; ++fifth) {  // with threads, the number of reports varies a little
             int left = 1 + fifth * reports / 5;
-            options.progress = [&](std::string_view, double) { return --left > 0; };
+            options.run.progress = [&](std::string_view, double) { return --left > 0; };
             EXPECT_THROW(extract_surface(shell, options), Cancelled);
         }
     }

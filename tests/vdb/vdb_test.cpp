@@ -66,7 +66,7 @@ TEST_F(Vdb, OpenVdbReadsTheFunction) {
 
 TEST_F(Vdb, WithoutInsideItIsNoLevelSet) {
     const ThinShell shell = build_at(zoo::sheet(4), 4);
-    write_vdb(shell, folder / "f.vdb", {.half_width = 1.5, .threads = 1});
+    write_vdb(shell, folder / "f.vdb", {.half_width = 1.5, .run = {.threads = 1}});
     openvdb::initialize();
     openvdb::io::File file((folder / "f.vdb").string());
     file.open();
@@ -80,10 +80,10 @@ TEST_F(Vdb, BadPathsAndOptionsLeaveNothing) {
     EXPECT_THROW(write_vdb(shell, folder / "missing" / "f.vdb"), FileError);
     EXPECT_THROW(write_vdb(shell, folder / "f.vdb", {.half_width = 0}), OptionError);
     EXPECT_THROW(write_vdb(shell, folder / "f.vdb", {.half_width = 1e9}), OptionError);
-    EXPECT_THROW(write_vdb(shell, folder / "f.vdb", {.threads = -1}), OptionError);
-    EXPECT_THROW(
-        write_vdb(shell, folder / "f.vdb", {.progress = [](std::string_view, double) { return false; }}),
-        Cancelled);
+    EXPECT_THROW(write_vdb(shell, folder / "f.vdb", {.run = {.threads = -1}}), OptionError);
+    EXPECT_THROW(write_vdb(shell, folder / "f.vdb",
+                           {.run = {.progress = [](std::string_view, double) { return false; }}}),
+                 Cancelled);
     EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 

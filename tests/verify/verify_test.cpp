@@ -510,7 +510,7 @@ TEST(Verify, RefusesUnusableMeshes) {
     nan.vertices[1].y = std::nan("");
     EXPECT_THROW(verify(shell, nan, quick()), InputError);
     VerifyOptions options = quick();
-    options.threads = -1;
+    options.run.threads = -1;
     EXPECT_THROW(verify(shell, t.mesh, options), OptionError);
 }
 
@@ -518,7 +518,7 @@ TEST(Verify, CanBeStoppedInEveryStage) {
     const Tampered t(3);
     std::set<std::string> stages;
     VerifyOptions options = quick();
-    options.progress = [&](std::string_view stage, double fraction) {
+    options.run.progress = [&](std::string_view stage, double fraction) {
         EXPECT_GE(fraction, 0.0);
         EXPECT_LE(fraction, 1.0);
         stages.insert(std::string(stage));
@@ -527,7 +527,7 @@ TEST(Verify, CanBeStoppedInEveryStage) {
     EXPECT_TRUE(t.report(options).passed());
     EXPECT_GE(stages.size(), 6u);
     for (const std::string& stage : stages) {
-        options.progress = [&](std::string_view name, double) { return name != stage; };
+        options.run.progress = [&](std::string_view name, double) { return name != stage; };
         EXPECT_THROW(t.report(options), Cancelled) << stage;
     }
 }
@@ -535,9 +535,9 @@ TEST(Verify, CanBeStoppedInEveryStage) {
 TEST(Verify, SameReportForAnyNumberOfThreads) {
     const Tampered t;
     VerifyOptions options = quick();
-    options.threads = 1;
+    options.run.threads = 1;
     const VerifyReport one = t.report(options);
-    options.threads = 4;
+    options.run.threads = 4;
     const VerifyReport four = t.report(options);
     ASSERT_EQ(one.checks.size(), four.checks.size());
     for (std::size_t i = 0; i < one.checks.size(); ++i) {
