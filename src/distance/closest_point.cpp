@@ -320,13 +320,14 @@ ClosestPointTree::ClosestPointTree(std::span<const Vec3> vertices, std::span<con
     blocks_.resize(leaves.size());
     source_.resize(arity * leaves.size());
     parallel_for(leaves.size(), grain / arity, [&](std::uint64_t i) {
+        std::array<std::array<Vec3, 3>, TriangleBlock::lanes> lanes;
         for (std::uint32_t lane = 0; lane < std::uint32_t(arity); ++lane) {
             const std::uint32_t place = leaves[i].begin + std::min(lane, leaves[i].size() - 1);
             const std::uint32_t t = splitter.triangle(place);
             source_[arity * i + lane] = t;
-            set_lane(blocks_[i], lane, vertices[triangles[t][0]], vertices[triangles[t][1]],
-                     vertices[triangles[t][2]]);
+            lanes[lane] = {vertices[triangles[t][0]], vertices[triangles[t][1]], vertices[triangles[t][2]]};
         }
+        blocks_[i] = make_block(lanes);
     });
 }
 

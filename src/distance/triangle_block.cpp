@@ -1,38 +1,55 @@
 #include "distance/triangle_block.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "base/double_double.h"
 #include "geometry/vec3.h"
 
 namespace its::distance {
 
 namespace {
 
-/// Extended precision for what is computed once a triangle.
+constexpr int lanes = TriangleBlock::lanes;
+
+/// Twice a double's digits, for what is computed once a triangle. Straight selections: a loop over lanes
+/// becomes vector code.
 struct WideVec3 {
-    long double x, y, z;
+    DoubleDouble x, y, z;
 };
-WideVec3 wide_difference(const Vec3& p, const Vec3& q) {
-    return {(long double)p.x - q.x, (long double)p.y - q.y, (long double)p.z - q.z};
+ITS_INLINE WideVec3 operator*(const DoubleDouble& s, const WideVec3& a) {
+    return {s * a.x, s * a.y, s * a.z};
 }
-WideVec3 cross(const WideVec3& a, const WideVec3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+ITS_INLINE WideVec3 cross(const WideVec3& a, const WideVec3& b) {
+    return {sum_of_products(a.y, b.z, -a.z, b.y), sum_of_products(a.z, b.x, -a.x, b.z),
+            sum_of_products(a.x, b.y, -a.y, b.x)};
 }
-long double dot(const WideVec3& a, const WideVec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
+ITS_INLINE DoubleDouble dot(const WideVec3& a, const WideVec3& b) {
+    return sum_of_products(a.x, b.x, a.y, b.y) + a.z * b.z;
 }
-WideVec3 unit(const WideVec3& a) {
-    const long double squared = dot(a, a), scale = squared > 0 ? 1 / std::sqrt(squared) : 0;
-    return {scale * a.x, scale * a.y, scale * a.z};
+ITS_INLINE double largest(const WideVec3& a) {
+    const double x = std::abs(a.x.high), y = std::abs(a.y.high), z = std::abs(a.z.high), xy = x < y ? y : x;
+    return xy < z ? z : xy;
 }
-/// Some unit vector at right angles to the unit vector v.
-WideVec3 perpendicular(const WideVec3& v) {
-    const long double x = std::abs(v.x), y = std::abs(v.y), z = std::abs(v.z);
-    const WideVec3 axis =
-        x <= y && x <= z ? WideVec3{1, 0, 0} : (y <= z ? WideVec3{0, 1, 0} : WideVec3{0, 0, 1});
-    return unit(cross(v, axis));
+
+/// A power of two that brings x into [1, 4), if x is positive and no subnormal number. Products with it are
+/// exact.
+ITS_INLINE double scale_to_one(double x) {
+    const std::uint64_t exponent = std::bit_cast<std::uint64_t>(x) >> 52;  // biased by 1023
+    const std::uint64_t low = exponent < 1 ? 1 : exponent, within = low < 2045 ? low : 2045;
+    return std::bit_cast<double>((2046 - within) << 52);
+}
+ITS_INLINE WideVec3 scaled(const WideVec3& a, double power) {
+    return {{power * a.x.high, power * a.x.low},
+            {power * a.y.high, power * a.y.low},
+            {power * a.z.high, power * a.z.low}};
+}
+/// The direction of a vector that is not 0. Scaled first: the squares of what is nearly 0 would vanish.
+ITS_INLINE WideVec3 unit(const WideVec3& a) {
+    const WideVec3 v = scaled(a, scale_to_one(largest(a)));
+    return inverse(square_root(dot(v, v))) * v;
 }
 
 /// The corner that the longest edge starts from.
@@ -45,46 +62,91 @@ int start_of_longest_edge(const std::array<Vec3, 3>& corner) {
     return int(std::max_element(squared.begin(), squared.end()) - squared.begin());
 }
 
+/// Triangles by their longest edge ab.
+struct Longest {
+    double a[3][lanes], b[3][lanes], c[3][lanes];
+};
+
+ITS_INLINE WideVec3 edge(const double (&from)[3][lanes], const double (&to)[3][lanes], int i) {
+    return {exact_sum(to[0][i], -from[0][i]), exact_sum(to[1][i], -from[1][i]),
+            exact_sum(to[2][i], -from[2][i])};
+}
+ITS_INLINE void store(const WideVec3& v, double (&to)[3][lanes], int i) {
+    to[0][i] = v.x.high;
+    to[1][i] = v.y.high;
+    to[2][i] = v.z.high;
+}
+ITS_INLINE void store_edge(const DoubleDouble& u, const DoubleDouble& v, double back,
+                           double (&direction)[2][lanes], double (&length)[lanes], int i) {
+    const WideVec3 edge = {u, v, 0.0}, to = unit(edge);
+    direction[0][i] = to.x.high;
+    direction[1][i] = to.y.high;
+    length[i] = back * sum_of_products(to.x, u, to.y, v).high;
+}
+
+/// The frames of triangles with an area. \param has_area  set to 0 where there is none, as computed
+ITS_CLONES void set_frames(const Longest& in, TriangleBlock& t, double (&has_area)[lanes]) {
+    ITS_INDEPENDENT
+    for (int i = 0; i < lanes; ++i) {
+        // In units of a power of two near the length of ab: nothing overflows.
+        const WideVec3 to_b = edge(in.a, in.b, i);
+        const double power = scale_to_one(largest(to_b)), back = 1 / power;
+        const WideVec3 ab = scaled(to_b, power), ac = scaled(edge(in.a, in.c, i), power), along = unit(ab);
+        // Rounding of a needle's normal, by 26u² of the squared length at most, may turn the frame about ab,
+        // but leaves it at right angles: c is then off the plane by 2⁻¹⁰⁰ of the length at most.
+        const WideVec3 to_c = cross(cross(ab, ac), along), across = unit(to_c);
+        has_area[i] = largest(to_c);
+        store(along, t.along, i);
+        store(across, t.across, i);
+        store(cross(along, across), t.normal, i);
+        const DoubleDouble length = dot(along, ab), cu = dot(along, ac), cv = dot(across, ac);
+        t.ab[i] = back * length.high;
+        store_edge(cu, cv, back, t.unit_ac, t.ac, i);
+        store_edge(cu - length, cv, back, t.unit_bc, t.bc, i);
+    }
+}
+
+/// A triangle without area is ab. As "edges" ac and bc it takes ab and ba: no point is on the inner side of
+/// both.
+void set_segment(const Longest& in, TriangleBlock& t, int i) {
+    const WideVec3 ab = edge(in.a, in.b, i);
+    const bool is_point = !(largest(ab) > 0);
+    const WideVec3 along = is_point ? WideVec3{1, 0, 0} : unit(ab);
+    const double x = std::abs(along.x.high), y = std::abs(along.y.high), z = std::abs(along.z.high);
+    const WideVec3 axis =
+        x <= y && x <= z ? WideVec3{1, 0, 0} : (y <= z ? WideVec3{0, 1, 0} : WideVec3{0, 0, 1});
+    const WideVec3 across = unit(cross(along, axis));
+    store(along, t.along, i);
+    store(across, t.across, i);
+    store(cross(along, across), t.normal, i);
+    const double power = scale_to_one(largest(ab));
+    const double length = is_point ? 0.0 : dot(along, scaled(ab, power)).high / power;
+    t.ab[i] = t.ac[i] = t.bc[i] = length;
+    t.unit_ac[0][i] = 1;
+    t.unit_bc[0][i] = is_point ? 1 : -1;
+    t.unit_ac[1][i] = t.unit_bc[1][i] = 0;
+}
+
 }  // namespace
 
-void set_lane(TriangleBlock& t, std::uint64_t lane, const Vec3& p, const Vec3& q, const Vec3& r) {
-    const std::array<Vec3, 3> corner = {p, q, r};
-    const int first = start_of_longest_edge(corner);
-    const Vec3 a = corner[first], b = corner[(first + 1) % 3], c = corner[(first + 2) % 3];
-    const auto store = [lane](double(&to)[3][TriangleBlock::lanes], const WideVec3& v) {
-        to[0][lane] = double(v.x);
-        to[1][lane] = double(v.y);
-        to[2][lane] = double(v.z);
-    };
-    const WideVec3 ab = wide_difference(b, a), ac = wide_difference(c, a);
-    const long double ab_length = std::sqrt(dot(ab, ab));
-    const WideVec3 along = ab_length > 0 ? unit(ab) : WideVec3{1, 0, 0};
-    // Rounding of a needle's normal may turn the frame about ab, but leaves it at right angles: c is then off
-    // the plane by 2⁻⁶² of the length at most.
-    WideVec3 across = unit(cross(cross(ab, ac), along));
-    const bool has_area = dot(across, across) > 0;
-    if (!has_area) across = perpendicular(along);
-    const WideVec3 normal = cross(along, across);
-
-    for (int axis = 0; axis < 3; ++axis) t.a[axis][lane] = a[axis];
-    store(t.along, along);
-    store(t.across, across);
-    store(t.normal, normal);
-    t.first[lane] = std::uint8_t(first);
-    // Without area the triangle is ab. As "edges" ac and bc take ab and ba: no point is on the inner side of
-    // both.
-    const long double cu = has_area ? dot(along, ac) : ab_length, cv = has_area ? dot(across, ac) : 0;
-    const long double wu = has_area ? cu - ab_length : -ab_length;
-    const auto store_edge = [lane](double(&direction)[2][TriangleBlock::lanes],
-                                   double(&length)[TriangleBlock::lanes], long double u, long double v) {
-        const long double norm = std::sqrt(u * u + v * v), scale = norm > 0 ? 1 / norm : 0;
-        direction[0][lane] = norm > 0 ? double(scale * u) : 1.0;
-        direction[1][lane] = double(scale * v);
-        length[lane] = double(norm);
-    };
-    t.ab[lane] = double(ab_length);
-    store_edge(t.unit_ac, t.ac, cu, cv);
-    store_edge(t.unit_bc, t.bc, wu, cv);
+TriangleBlock make_block(const std::array<std::array<Vec3, 3>, lanes>& triangles) {
+    TriangleBlock t;
+    Longest in;
+    for (int i = 0; i < lanes; ++i) {
+        const std::array<Vec3, 3>& corner = triangles[i];
+        const int first = start_of_longest_edge(corner);
+        t.first[i] = std::uint8_t(first);
+        for (int axis = 0; axis < 3; ++axis) {
+            t.a[axis][i] = in.a[axis][i] = corner[first][axis];
+            in.b[axis][i] = corner[(first + 1) % 3][axis];
+            in.c[axis][i] = corner[(first + 2) % 3][axis];
+        }
+    }
+    double has_area[lanes];
+    set_frames(in, t, has_area);
+    for (int i = 0; i < lanes; ++i)
+        if (!(has_area[i] > 0)) set_segment(in, t, i);
+    return t;
 }
 
 std::array<double, 3> barycentric_of_nearest(const TriangleBlock& t, std::uint64_t lane, const Vec3& p) {

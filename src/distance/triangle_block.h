@@ -15,7 +15,7 @@ namespace its::distance {
 struct alignas(64) TriangleBlock {
     static constexpr int lanes = 8;
     double a[3][lanes];  ///< the frame's origin
-    /// Unit vectors along ab, in the plane towards c, and normal to it; rounded from extended precision. A
+    /// Unit vectors along ab, in the plane towards c, and normal to it; rounded from twice the digits. A
     /// triangle without area has some such frame.
     double along[3][lanes], across[3][lanes], normal[3][lanes];
     double ab[lanes], ac[lanes], bc[lanes];       ///< lengths
@@ -24,8 +24,8 @@ struct alignas(64) TriangleBlock {
     std::uint8_t first[lanes];
 };
 
-/// Puts a triangle into a lane.
-void set_lane(TriangleBlock& block, std::uint64_t lane, const Vec3& a, const Vec3& b, const Vec3& c);
+/// The block of these triangles, whose coordinates and their differences must not overflow.
+TriangleBlock make_block(const std::array<std::array<Vec3, 3>, TriangleBlock::lanes>& triangles);
 
 /// Squared distance from a point to triangle `lane` of a block: to its plane if the point is over the triangle,
 /// else to the nearest edge. Each decision and each distance is stable for any shape of triangle, since the

@@ -199,11 +199,15 @@ TriangleTree make_triangle_tree(std::span<const Vec3> positions, std::span<const
     const std::uint64_t count = triangles.size();
     tree.block.resize((count + TriangleTree::arity - 1) / TriangleTree::arity);
     std::vector<Corners> corners(tree.block.size());
-    parallel_for(tree.block.size() * TriangleTree::arity, grain, [&](std::uint64_t i) {
-        const Triangle& t = triangles[tree.source[std::min(i, count - 1)]];
-        const std::uint64_t block = i / TriangleTree::arity, lane = i % TriangleTree::arity;
-        set_lane(tree.block[block], lane, positions[t[0]], positions[t[1]], positions[t[2]]);
-        for (int corner = 0; corner < 3; ++corner) corners[block].set(lane, corner, positions[t[corner]]);
+    parallel_for(tree.block.size(), grain / TriangleTree::arity, [&](std::uint64_t block) {
+        std::array<std::array<Vec3, 3>, TriangleBlock::lanes> lanes;
+        for (std::uint64_t lane = 0; lane < TriangleTree::arity; ++lane) {
+            const std::uint64_t place = std::min(block * TriangleTree::arity + lane, count - 1);
+            const Triangle& t = triangles[tree.source[place]];
+            lanes[lane] = {positions[t[0]], positions[t[1]], positions[t[2]]};
+            for (int corner = 0; corner < 3; ++corner) corners[block].set(lane, corner, lanes[lane][corner]);
+        }
+        tree.block[block] = make_block(lanes);
     });
     const double widening = TriangleTree::widening * unit_roundoff * size;
     for (std::uint64_t span = 1;; span *= TriangleTree::arity) {

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -48,12 +49,12 @@ std::vector<Vec3> queries(const Mesh& mesh, double factor, int count, std::uint6
 class BruteForce {
 public:
     explicit BruteForce(const Mesh& mesh) : blocks_(mesh.triangles.size()) {
-        for (std::size_t i = 0; i < blocks_.size(); ++i)
-            for (std::uint64_t lane = 0; lane < 8; ++lane) {
-                const Triangle& t = mesh.triangles[i];
-                distance::set_lane(blocks_[i], lane, mesh.vertices[t[0]], mesh.vertices[t[1]],
-                                   mesh.vertices[t[2]]);
-            }
+        for (std::size_t i = 0; i < blocks_.size(); ++i) {
+            const Triangle& t = mesh.triangles[i];
+            std::array<std::array<Vec3, 3>, distance::TriangleBlock::lanes> same;
+            same.fill({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+            blocks_[i] = distance::make_block(same);
+        }
     }
 
     distance::Nearest find(const Vec3& p) const {
