@@ -10,8 +10,8 @@
 #include <system_error>
 
 #include "base/file_error.h"
-#include "base/memory.h"
 #include "base/platform/file.h"
+#include "its/memory.h"
 
 namespace its {
 

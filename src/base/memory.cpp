@@ -1,4 +1,4 @@
-#include "base/memory.h"
+#include "its/memory.h"
 
 #include <fmt/format.h>
 #include <limits>

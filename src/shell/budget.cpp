@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/memory.h"
 #include "base/parallel.h"
 #include "geometry/vec3.h"
+#include "its/memory.h"
 #include "its/shell.h"
 #include "octree/lattice.h"
 
@@ -14,13 +14,16 @@ namespace its::shell {
 
 namespace {
 
-// What is alive at the peak, during the extremes or the distances:
-// values, parent, mask, first, inside; nearest triangles, which only the quarter above the finest level has
-constexpr std::uint64_t bytes_per_group = 27 * 8 + 8 + 1 + 2 + 1 + 27 * 4 / 4;
-// offset, code, bounds twice, winding; and a quarter of two of these one level above
-constexpr std::uint64_t bytes_per_cell = 2 * 8 + 2 * 8 + 2 * 4 + 4 + 4;
-constexpr std::uint64_t bytes_per_pair = 4 + 2;    // the list, and a third of it one level above
-constexpr std::uint64_t bytes_per_triangle = 240;  // block, discs, order, positions, the shell's copy
+// What is alive when most is: while the distances' search tree is made, at the distances, or at the bounds of
+// f. Of groups: values, parent, mask, first, inside; nearest triangles, which only the quarter above the finest
+// level has
+constexpr std::uint64_t bytes_per_group = 27 * 8 + 8 + 1 + 2 + 1, nearest_per_group = 27 * 4 / 4;
+// Of cells: offset, code; bounds twice, winding; and a quarter of two of these one level above
+constexpr std::uint64_t voxel_bytes_per_cell = 2 * 8, bytes_per_cell = 2 * 8 + 2 * 8 + 2 * 4 + 4;
+constexpr std::uint64_t bytes_per_pair = 4 + 2;  // the list, and a third of it one level above
+// Of triangles: the shell's copy, positions and order; blocks and discs; corners
+constexpr std::uint64_t bytes_per_triangle = 100, search_bytes_per_triangle = 200,
+                        tree_bytes_per_triangle = 270;
 
 constexpr std::uint64_t triangle_grain = 65536;
 constexpr double triangles_per_cell = 4;  // what automatic_depth aims at
@@ -32,9 +35,23 @@ constexpr double least_share = 0.5;
 }  // namespace
 
 std::uint64_t build_bytes(const BuildSize& size) {
-    return bytes_per_group * size.groups + bytes_per_cell * size.surface_cells + bytes_per_pair * size.pairs +
-           bytes_per_triangle * size.triangles;
+    const std::uint64_t lists = voxel_bytes_per_cell * size.surface_cells + bytes_per_pair * size.pairs,
+                        groups = bytes_per_group * size.groups;
+    const std::uint64_t tree = lists + tree_bytes_per_triangle * size.triangles;
+    const std::uint64_t distances =
+        lists + groups + nearest_per_group * size.groups + search_bytes_per_triangle * size.triangles;
+    const std::uint64_t bounds = lists + groups + (bytes_per_cell - voxel_bytes_per_cell) * size.surface_cells +
+                                 bytes_per_triangle * size.triangles;
+    return std::max({tree, distances, bounds});
 }
+
+namespace {
+
+double length_by_axes(const Vec3& v) {
+    return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
+}
+
+}  // namespace
 
 MeshMeasure measure(const Mesh& mesh) {
     const double scale = octree::make_lattice(octree::bounds(mesh), 0).width;
@@ -46,33 +63,48 @@ MeshMeasure measure(const Mesh& mesh) {
                        const Triangle& t = mesh.triangles[i];
                        const Vec3 a = mesh.vertices[t[0]], ab = mesh.vertices[t[1]] - a,
                                   ac = mesh.vertices[t[2]] - a;
-                       const double area = 0.5 * norm(cross(ab, ac)) / (scale * scale);
-                       const double perimeter = (norm(ab) + norm(ac) + norm(ac - ab)) / scale;
-                       part.area += area;
-                       part.perimeter += perimeter;
+                       const Vec3 normal = cross(ab, ac), bc = ac - ab;
+                       const double area = 0.5 * norm(normal) / (scale * scale);
+                       const double perimeter = (norm(ab) + norm(ac) + norm(bc)) / scale;
+                       const double extent =
+                           0.5 * (length_by_axes(ab) + length_by_axes(ac) + length_by_axes(bc)) / scale;
+                       part.area += 0.5 * length_by_axes(normal) / (scale * scale);
+                       part.extent += extent;
                        // An equilateral triangle has A = 0.048 P².
-                       if (area < 0.01 * perimeter * perimeter) part.needles += perimeter;
+                       if (area < 0.01 * perimeter * perimeter) part.needles += extent;
                    }
                    parts[chunk] = part;
                });
     MeshMeasure all{.triangles = mesh.triangles.size()};
     for (const MeshMeasure& part : parts) {
         all.area += part.area;
-        all.perimeter += part.perimeter;
+        all.extent += part.extent;
         all.needles += part.needles;
     }
     return all;
 }
 
+namespace {
+
+double expected_pairs(const MeshMeasure& mesh, int depth) {
+    const double cells = std::ldexp(1.0, depth);
+    return double(mesh.triangles) + mesh.extent * cells + mesh.area * cells * cells;
+}
+
+double expected_cells(const MeshMeasure& mesh, int depth) {
+    const double cells = std::ldexp(1.0, depth);
+    const double sheet = mesh.area * cells * cells, thread = mesh.needles * cells;
+    return std::min(expected_pairs(mesh, depth), std::max(sheet, thread) + 8);
+}
+
+}  // namespace
+
 BuildSize estimate_size(const MeshMeasure& mesh, int depth) {
-    const double cells = std::ldexp(1.0, depth), area = mesh.area * cells * cells;
-    const double pairs = double(mesh.triangles) + 0.75 * mesh.perimeter * cells + 1.5 * area;
-    const double sheet = std::min(pairs, 2 * area),
-                 thread = std::min(pairs - sheet, 0.75 * mesh.needles * cells + 8);
-    // A surface has 4 cells in a group and a third more groups above; a curve 2, and as many again above.
-    const double groups = sheet / 3 + thread + 2 * depth + 2;
+    double groups = 1;
+    for (int coarser = 0; coarser < depth; ++coarser) groups += expected_cells(mesh, coarser);
     const auto whole = [](double x) { return std::uint64_t(std::min(x, 1e15)); };
-    return {mesh.triangles, whole(groups), whole(sheet + thread), whole(pairs)};
+    return {mesh.triangles, whole(groups), whole(expected_cells(mesh, depth)),
+            whole(expected_pairs(mesh, depth))};
 }
 
 BuildSize estimate_size(const Mesh& mesh, int depth) {

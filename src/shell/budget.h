@@ -18,18 +18,20 @@ struct BuildSize {
 /// Bytes at the peak of a build of this size.
 std::uint64_t build_bytes(const BuildSize& size);
 
-/// What the expected size depends on. Lengths in units of the lattice's scale.
+/// What the expected size depends on: sums over triangles, in units of the lattice's scale.
 struct MeshMeasure {
     std::uint64_t triangles = 0;
-    double area = 0, perimeter = 0;
-    double needles = 0;  ///< perimeter of triangles that are much longer than wide
+    double area = 0;     ///< of the triangle's shadows along the three axes
+    double extent = 0;   ///< along the three axes
+    double needles = 0;  ///< the same of triangles that are much longer than wide
 };
 MeshMeasure measure(const Mesh& mesh);
 
-/// The expected size at a depth. A flat piece of area A and perimeter P meets 1 + ¾P + 1½A cells of a lattice
-/// in random position (principal kinematic formula; lengths in cell widths): this gives the pairs. Triangles
-/// smaller than a cell share it: the cells are 1½A with a third for bends, and ¾P of needles, and at most the
-/// pairs.
+/// The expected size at a depth. A convex piece of a plane meets 1 + E + A cells of a lattice whose position is
+/// random, E the sum of its extents along the axes and A that of the areas of its shadows along them, lengths
+/// in cell widths: the volume of its Minkowski sum with a cell. This gives the pairs. Triangles smaller than a
+/// cell share it: a surface without boundary meets A cells, up to its curvature, threads of needles E, both up
+/// to 8 more, and nothing more than the pairs. Each group has a cell as its parent that is met.
 BuildSize estimate_size(const MeshMeasure& mesh, int depth);
 BuildSize estimate_size(const Mesh& mesh, int depth);
 

@@ -6,9 +6,9 @@
 #include <new>
 
 #include "base/input_file.h"
-#include "base/memory.h"
 #include "base/parallel.h"
 #include "its/inspect.h"
+#include "its/memory.h"
 #include "its/shell_file.h"
 #include "shell/validate.h"
 #include "shell_file/format.h"

@@ -101,7 +101,9 @@ std::string first_folder(const std::string& name) {
 std::string module_of_include(const std::string& name) {
     if (first_folder(name) != "its") return first_folder(name);
     const std::string stem = fs::path(name).stem().string();
-    return stem == "version" ? "base" : stem == "mesh_file" || stem == "points" ? "formats" : stem;
+    return stem == "version" || stem == "memory"     ? "base"
+           : stem == "mesh_file" || stem == "points" ? "formats"
+                                                     : stem;
 }
 
 /// What is wrong with a header of others that a file in `module` includes, or nothing.
