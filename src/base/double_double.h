@@ -95,4 +95,10 @@ ITS_INLINE bool operator<(const DoubleDouble& a, const DoubleDouble& b) {
     return a.high < b.high || (a.high == b.high && a.low < b.low);
 }
 
+/// The largest whole number that is no larger, for numbers below 2⁵³.
+ITS_INLINE double floor(const DoubleDouble& a) {
+    const double whole = std::floor(a.high);
+    return whole == a.high && a.low < 0 ? whole - 1 : whole;
+}
+
 }  // namespace its

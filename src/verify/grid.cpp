@@ -265,7 +265,7 @@ private:
     double value(int level, std::uint64_t group, int point, const Index& at) const {
         const shell::ShellData& data = job_.view.data();
         if (level > 0 && data.info.solver == Solver::lscg)
-            return double(job_.view.value({(long double)at[0], (long double)at[1], (long double)at[2]}));
+            return double(job_.view.value({double(at[0]), double(at[1]), double(at[2])}));
         return data.field.values[std::size_t(level)][points_of_group * group + std::uint64_t(point)];
     }
 

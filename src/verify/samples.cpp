@@ -39,7 +39,7 @@ public:
           lattice_(job.view.lattice()),
           inner_(job.view.data().info.epsilon_inner / lattice_.width),
           outer_(job.view.data().info.epsilon_outer / lattice_.width),
-          // γ; the division by w and the long double evaluation add less than 2⁻⁵¹ of a value ≤ 2^(K + 3).
+          // γ; the division by w and the evaluation add less than 2⁻⁵¹ of a value ≤ 2^(K + 3).
           rounding_(job.view.data().info.rounding / lattice_.width) {}
 
     /// Looks at p, which is within `error` (per axis, mesh units) of M; exactly on M if that is zero.
@@ -54,7 +54,7 @@ public:
         for (int axis = 0; axis < 3; ++axis) {
             const std::int64_t i = locate(axis, p[axis]);
             cell[axis] = std::uint32_t(i);
-            t[axis] = x[axis] - i;
+            t[axis] = x[axis] - double(i);
             range[axis] = exact ? closed_cells(axis, i, p[axis]) : reach(x[axis], error[axis] / lattice_.width);
         }
         double corner[8];
@@ -83,11 +83,11 @@ private:
         return {i > 0 && lattice_.position(axis, i) == p ? i - 1 : i, i};
     }
 
-    CellRange reach(long double x, double error) const {
+    CellRange reach(const DoubleDouble& x, double error) const {
         const std::int64_t last = std::int64_t(lattice_.cells()) - 1;
         const double d = error + 4 * lattice_.ulp();
-        return {std::clamp(std::int64_t(std::floor(x - d)), std::int64_t{0}, last),
-                std::clamp(std::int64_t(std::floor(x + d)), std::int64_t{0}, last)};
+        return {std::clamp(std::int64_t(floor(x - d)), std::int64_t{0}, last),
+                std::clamp(std::int64_t(floor(x + d)), std::int64_t{0}, last)};
     }
 
     /// How much f may differ between p and the point of M that it stands for. Twice the cell's slopes: the
@@ -265,7 +265,7 @@ void check_samples(const Job& job, VerifyReport& report) {
     const double rounding = job.view.data().info.rounding;
     report.checks.push_back({"G1 evaluation", sum.wrong_value == 0, false, sum.samples, sum.wrong_value,
                              rounding - sum.difference * w,
-                             fmt::format("shipped f against own long double: largest difference {:.3g} at {}; "
+                             fmt::format("shipped f against own f: largest difference {:.3g} at {}; "
                                          "γ = {:.3g}",
                                          sum.difference * w, place(sum.difference_at), rounding)});
     const std::uint64_t violations = sum.outside_local + sum.uncovered;

@@ -25,13 +25,14 @@ Vec3 random_point(const Lattice& lattice, std::uint64_t seed, std::uint64_t i) {
 /// cube plus the distance to it. Lattice units.
 double own_value(const View& view, const Vec3& point) {
     Point3 x = to_lattice(view.lattice(), point);
-    long double squared = 0;
-    for (long double& c : x) {
-        const long double inside = std::clamp(c, 0.0L, (long double)view.lattice().cells());
-        squared += (c - inside) * (c - inside);
+    const DoubleDouble last = view.lattice().cells();
+    DoubleDouble squared;
+    for (DoubleDouble& c : x) {
+        const DoubleDouble inside = c < 0.0 ? 0.0 : last < c ? last : c;
+        squared = squared + (c - inside) * (c - inside);
         c = inside;
     }
-    return double(view.value(x) + std::sqrt(squared));
+    return double(view.value(x) + (squared.high > 0 ? square_root(squared) : 0.0));
 }
 
 }  // namespace

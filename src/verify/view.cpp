@@ -56,13 +56,13 @@ bool View::stored(int level, const std::array<std::int64_t, 3>& g, double& value
     return false;
 }
 
-long double View::sum_from(int level, const Point3& x) const {
+DoubleDouble View::sum_from(int level, const Point3& x) const {
     const std::int64_t cells = std::int64_t{2} << (data_.octree.depth - level);
     std::array<std::int64_t, 3> low;
     Point3 t;
     for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::clamp(std::int64_t(std::floor(x[axis])), std::int64_t{0}, cells - 1);
-        t[axis] = x[axis] - low[axis];
+        low[axis] = std::clamp(std::int64_t(floor(x[axis])), std::int64_t{0}, cells - 1);
+        t[axis] = x[axis] - double(low[axis]);
     }
     double value[8];
     unsigned known = 0;
@@ -70,17 +70,19 @@ long double View::sum_from(int level, const Point3& x) const {
         if (stored(level, {low[0] + (c & 1), low[1] + (c >> 1 & 1), low[2] + (c >> 2)}, value[c]))
             known |= 1u << c;
     // Without a grid point, no hat of this level reaches the cell. Level `depth` has all 27 points of the root.
-    if (known == 0 && level < data_.octree.depth) return sum_from(level + 1, {x[0] / 2, x[1] / 2, x[2] / 2});
-    long double sum = 0;
+    if (known == 0 && level < data_.octree.depth)
+        return sum_from(level + 1, {0.5 * x[0], 0.5 * x[1], 0.5 * x[2]});
+    DoubleDouble sum;
     for (int c = 0; c < 8; ++c) {
-        long double weight = 1;
+        DoubleDouble weight = 1;
         Point3 corner;
         for (int axis = 0; axis < 3; ++axis) {
             const int upper = c >> axis & 1;
-            weight *= upper ? t[axis] : 1 - t[axis];
-            corner[axis] = (low[axis] + upper) / 2.0L;
+            weight = weight * (upper ? t[axis] : 1 - t[axis]);
+            corner[axis] = 0.5 * double(low[axis] + upper);
         }
-        if (weight != 0) sum += weight * (known >> c & 1 ? (long double)value[c] : sum_from(level + 1, corner));
+        if (weight.high != 0)
+            sum = sum + weight * (known >> c & 1 ? DoubleDouble(value[c]) : sum_from(level + 1, corner));
     }
     return sum;
 }
@@ -90,20 +92,20 @@ void View::corners(const Cell& cell, const CellEntry& entry, double (&out)[8]) c
         if (entry.group != no_group) {
             out[c] = data_.field.values[0][points_of_group * entry.group + group_point(entry.child, c)];
         } else {
-            const Point3 corner = {(long double)cell[0] + (c & 1), (long double)cell[1] + (c >> 1 & 1),
-                                   (long double)cell[2] + (c >> 2)};
+            const Point3 corner = {cell[0] + double(c & 1), cell[1] + double(c >> 1 & 1),
+                                   cell[2] + double(c >> 2)};
             out[c] = double(sum_from(0, corner));
         }
     }
 }
 
-long double trilinear(const double (&corner)[8], const Point3& t) {
-    long double sum = 0;
+DoubleDouble trilinear(const double (&corner)[8], const Point3& t) {
+    DoubleDouble sum;
     for (int c = 0; c < 8; ++c) {
-        const long double x = c & 1 ? t[0] : 1 - t[0];
-        const long double y = c >> 1 & 1 ? t[1] : 1 - t[1];
-        const long double z = c >> 2 ? t[2] : 1 - t[2];
-        sum += x * y * z * corner[c];
+        const DoubleDouble x = c & 1 ? t[0] : 1 - t[0];
+        const DoubleDouble y = c >> 1 & 1 ? t[1] : 1 - t[1];
+        const DoubleDouble z = c >> 2 ? t[2] : 1 - t[2];
+        sum = sum + x * y * z * corner[c];
     }
     return sum;
 }
@@ -118,8 +120,9 @@ std::array<double, 3> slopes(const double (&corner)[8]) {
 
 Point3 to_lattice(const Lattice& lattice, const Vec3& p) {
     Point3 out;
+    const DoubleDouble cells_per_unit = inverse(lattice.width);
     for (int axis = 0; axis < 3; ++axis)
-        out[axis] = ((long double)p[axis] - lattice.position(axis, 0)) / lattice.width;
+        out[axis] = cells_per_unit * exact_sum(p[axis], -lattice.position(axis, 0));
     return out;
 }
 

@@ -4,13 +4,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/double_double.h"
 #include "shell/shell_data.h"
 #include "verify/lattice.h"
 
 /// The verifier's own way of reading the arrays of a shell; lattice units throughout.
 namespace its::verifier {
 
-using Point3 = std::array<long double, 3>;  ///< long double, so that its rounding does not count
+using Point3 = std::array<DoubleDouble, 3>;  ///< with digits to spare, so that its rounding does not count
 
 /// A finest cell as the arrays know it.
 struct CellEntry {
@@ -50,10 +51,10 @@ public:
 
     /// F_level at a point in the root cube, in cells of the level: trilinear between the corners of the
     /// level's lattice cell; a corner that is no grid point of the level has the value of F_{level + 1}.
-    long double sum_from(int level, const Point3& x) const;
+    DoubleDouble sum_from(int level, const Point3& x) const;
 
     /// f at a point of the root cube, in lattice units.
-    long double value(const Point3& x) const { return sum_from(0, x); }
+    DoubleDouble value(const Point3& x) const { return sum_from(0, x); }
 
     /// f at the eight corners (x + 2y + 4z) of any finest cell, whether the octree has it or not.
     void corners(const Cell& cell, const CellEntry& entry, double (&out)[8]) const;
@@ -65,12 +66,12 @@ private:
 };
 
 /// Trilinear interpolation of corner values at t in [0, 1]³.
-long double trilinear(const double (&corner)[8], const Point3& t);
+DoubleDouble trilinear(const double (&corner)[8], const Point3& t);
 
 /// Largest difference of corner values along the cell's edges, per axis: bounds |∂f/∂axis| in the cell.
 std::array<double, 3> slopes(const double (&corner)[8]);
 
-/// Lattice coordinates in long double: error ≤ 2⁻⁶³ of the root's side.
+/// Lattice coordinates: error ≤ 2⁻¹⁰⁰ of the root's side.
 Point3 to_lattice(const Lattice& lattice, const Vec3& p);
 
 }  // namespace its::verifier

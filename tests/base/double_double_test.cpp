@@ -60,6 +60,15 @@ TEST(DoubleDouble, SumsAndProductsOfDoublesAreExact) {
     }
 }
 
+TEST(DoubleDouble, HasAFloor) {
+    EXPECT_EQ(floor(DoubleDouble(2.75)), 2);
+    EXPECT_EQ(floor(DoubleDouble(-2.75)), -3);
+    EXPECT_EQ(floor(DoubleDouble(3, 1e-20)), 3);
+    EXPECT_EQ(floor(DoubleDouble(3, -1e-20)), 2);
+    EXPECT_EQ(floor(DoubleDouble(-3, -1e-20)), -4);
+    EXPECT_EQ(floor(DoubleDouble(2.5, -1e-20)), 2);
+}
+
 TEST(DoubleDouble, ErrsWithinTheBoundsThatAreStated) {
     Numbers numbers;
     for (int i = 0; i < cases; ++i) {

@@ -88,8 +88,8 @@ TEST(Bounds, EvaluationErrorHolds) {
         const Vec3 c = {random.unit(), random.unit(), random.unit()},
                    p = {random.unit(), random.unit(), random.unit()};
         const Taylor taylor = expand(v, c);
-        const long double exact = trilinear(v, {p.x, p.y, p.z});
-        EXPECT_LE(std::abs(double(taylor.at(p - c) - exact)), evaluation_error(v));
+        const DoubleDouble exact = trilinear(v, {p.x, p.y, p.z});
+        EXPECT_LE(std::abs(double(DoubleDouble(taylor.at(p - c)) - exact)), evaluation_error(v));
     }
 }
 
