@@ -25,6 +25,7 @@
 #include "query/decide.h"
 #ifdef ITS_BENCH_PEERS
 #include "peer_inside.h"
+#include "query/access.h"
 #endif
 
 namespace its::bench {
@@ -146,7 +147,7 @@ void add_statistics(const std::string& name, const PointSet& set, const Query& q
     benchmark::RegisterBenchmark(
         (name + "/" + set.name).c_str(),
         [&set, &query](benchmark::State& state) {
-            const query::QueryIndex& index = query.index();
+            const query::QueryIndex& index = query::Access::index(query);
             const shell::ShellData& shell = query.shell().data();
             double hit = 0, local = 0, walk = 0, global = 0;
             for (auto _ : state)
@@ -237,7 +238,7 @@ int run(int argc, char** argv) {
     }
     const ShellInfo& info = queries.back()->shell().info();
 
-    const ClosestSides closest(queries.back()->shell());
+    const ClosestSides closest(queries.back()->shell().mesh_view());
 
     std::vector<std::unique_ptr<PointSet>> sets;
     for (const int factor : options.boxes)

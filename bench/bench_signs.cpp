@@ -172,8 +172,9 @@ void run_case(const std::string& model, const Case& which, const Mesh& mesh, con
             double distance = 1e300, signs = 1e300;
             std::uint64_t cells = 0;
             for (int i = 0; i < options.repeat; ++i) {
-                BuildTimes times;
-                cells = build(open, build_options, &times).info().surface_cells;
+                const ThinShell shell = build(open, build_options);
+                const BuildSeconds& times = shell.build_seconds();
+                cells = shell.info().surface_cells;
                 signs = std::min(signs, times.signs);
                 distance = std::min(distance, times.distance - times.signs);
             }

@@ -25,7 +25,6 @@ struct Options {
 struct Built {
     ThinShell shell;
     bool unchanged = false;
-    BuildTimes times = {};
     double read = 0, write = 0;
 };
 
@@ -47,7 +46,7 @@ void print_report(const Options& options, const Built& built) {
     if (built.unchanged) {
         table.row("Unchanged", file + ": built from this mesh with these options; --force builds anew");
     } else {
-        const BuildTimes& times = built.times;
+        const BuildSeconds& times = built.shell.build_seconds();
         table.row("Time", seconds_text(times.total));
         table.row("  octree", seconds_text(times.octree));
         table.row("  distance", seconds_text(times.distance) + ", signs " + seconds_text(times.signs));
@@ -60,7 +59,7 @@ void print_report(const Options& options, const Built& built) {
 }
 
 void print_build_json(const Options& options, const MeshFile& file, const Built& built) {
-    const BuildTimes& times = built.times;
+    const BuildSeconds& times = built.unchanged ? BuildSeconds{} : built.shell.build_seconds();
     Json json = shell_json(built.shell, options.common.run());
     json["mesh"]["file"] = options.mesh;
     json["mesh"]["format"] = file.format;
@@ -92,13 +91,12 @@ Built build_and_save(const Options& options, const Mesh& mesh) {
     ProgressBar bar(options.common.quiet);
     BuildOptions build_options = options.build;
     build_options.run = options.common.run(bar);
-    BuildTimes times;
-    const ThinShell shell = naming_file(options.mesh, [&] { return build(mesh, build_options, &times); });
+    const ThinShell shell = naming_file(options.mesh, [&] { return build(mesh, build_options); });
     bar.clear();
     stop_if_interrupted();
     const Stopwatch writing;
     save(shell, options.output, options.common.run());
-    return {.shell = shell, .times = times, .write = writing.seconds()};
+    return {.shell = shell, .write = writing.seconds()};
 }
 
 int run(const Options& options) {
@@ -128,20 +126,16 @@ Action add_build(CLI::App& app) {
                        "auto (default): about four triangles in a cell, within the memory",
                        max_depth))
         ->type_name("K|auto");
-    add_choice<std::optional<SignRule>>(app, "--sign",
-                                        {{"auto", std::nullopt},
-                                         {"winding", SignRule::winding},
-                                         {"generalized", SignRule::generalized},
-                                         {"even-odd", SignRule::even_odd},
-                                         {"unsigned", SignRule::unsigned_rule}},
-                                        options->build.sign, "How inside is defined")
-        ->type_name("RULE");
-    add_choice<Extrema>(app, "--extrema",
-                        {{"certified", Extrema::certified}, {"candidates", Extrema::candidates}},
-                        options->build.extrema, "How f is bounded on the mesh")
+    Choices<std::optional<SignRule>> rules = {{"auto", std::nullopt}};
+    for (const auto& rule :
+         choices_of({SignRule::winding, SignRule::generalized, SignRule::even_odd, SignRule::unsigned_rule}))
+        rules.emplace_back(rule);
+    add_choice(app, "--sign", rules, options->build.sign, "How inside is defined")->type_name("RULE");
+    add_choice(app, "--extrema", choices_of({Extrema::certified, Extrema::candidates}), options->build.extrema,
+               "How f is bounded on the mesh")
         ->type_name("WAY");
-    add_choice<Solver>(app, "--solver", {{"direct", Solver::direct}, {"lscg", Solver::lscg}},
-                       options->build.solver, "How coefficients are found")
+    add_choice(app, "--solver", choices_of({Solver::direct, Solver::lscg}), options->build.solver,
+               "How coefficients are found")
         ->type_name("WAY");
     app.add_option_function<std::string>(
            "--max-memory",

@@ -16,6 +16,31 @@ struct Options {
     std::string mesh;
 };
 
+/// The option to give, and what it does.
+std::string advice_text(SignAdvice advice) {
+    const auto effect = [&] {
+        switch (advice) {
+            case SignAdvice::around_both_sides:
+                return "for a shell around both sides";
+            case SignAdvice::with_holes_open:
+                return "for a shell around both sides, with the holes open";
+            case SignAdvice::winding_as_it_is:
+                return "to take the triangles as they are: then nothing is inside";
+            case SignAdvice::crossings_as_it_is:
+                return "for inside by counting crossings, without turning anything";
+            case SignAdvice::generalized_as_it_is:
+                return "to take the directions of the triangles as they are";
+            case SignAdvice::fill_nevertheless:
+                return "to fill the holes nevertheless";
+            case SignAdvice::none:
+                break;
+        }
+        return "";
+    };
+    const std::optional<SignRule> rule = advised_rule(advice);
+    return rule ? fmt::format("--sign {} {}", name(*rule), effect()) : "";
+}
+
 void print_check_json(const Options& options, const MeshFile& file, const MeshReport& report) {
     Json json;
     json["file"] = options.mesh;
@@ -38,9 +63,10 @@ void print_check_json(const Options& options, const MeshFile& file, const MeshRe
     json["signed_volume"] = report.signed_volume;
     json["sign"] = name(report.sign);
     json["sign_reason"] = report.sign_reason;
-    json["sign_advice"] = report.sign_advice;
+    json["sign_advice"] = advice_text(report.sign_advice);
     json["turned"] = report.turned;
     json["separating"] = report.separating;
+    json["seconds"] = {{"check", report.seconds.total}};
     print_json(json);
 }
 
@@ -73,7 +99,7 @@ void print_report(const Options& options, const MeshFile& file, const MeshReport
     table.row("Sign rule", fmt::format("{}: {}", name(report.sign), report.sign_reason));
     if (report.turned > 0)
         table.row("Turned around", fmt::format("{} of the triangles", count_text(report.turned)));
-    if (!report.sign_advice.empty()) table.row("Otherwise", report.sign_advice);
+    if (report.sign_advice != SignAdvice::none) table.row("Otherwise", advice_text(report.sign_advice));
     table.print();
 }
 

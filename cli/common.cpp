@@ -27,8 +27,8 @@ void CommonOptions::declare(CLI::App& app, const std::string& example) {
     app.footer("Example: " + example);
 }
 
-Run CommonOptions::run(ProgressBar& bar) const {
-    return {.threads = threads, .progress = bar.callback()};
+Run CommonOptions::run(ProgressBar& bar, double begin, double end) const {
+    return {.threads = threads, .progress = bar.callback(begin, end)};
 }
 
 std::uint64_t parse_size(const std::string& option, const std::string& text) {
@@ -129,8 +129,9 @@ void stop_if_interrupted() {
 
 ProgressBar::ProgressBar(bool quiet) : enabled_(!quiet && platform::errors_go_to_a_terminal()) {}
 
-Progress ProgressBar::callback() {
-    return [this](std::string_view stage, double fraction) {
+Progress ProgressBar::callback(double begin, double end) {
+    return [this, begin, end](std::string_view stage, double fraction_of_call) {
+        const double fraction = begin + (end - begin) * fraction_of_call;
         if (enabled_) {
             constexpr int width = 30;
             const int full = static_cast<int>(fraction * width);

@@ -48,11 +48,20 @@ struct CommonOptions {
 
     /// How the library is to run: with that number of threads, on the bar if there is one.
     Run run() const { return {.threads = threads}; }
-    Run run(ProgressBar& bar) const;
+    /// \param begin, end  where on the bar the call begins and ends
+    Run run(ProgressBar& bar, double begin = 0, double end = 1) const;
 };
 
 template <class Value>
 using Choices = std::vector<std::pair<std::string, Value>>;
+
+/// Values of an enum of the library, by its own names.
+template <class Value>
+Choices<Value> choices_of(std::initializer_list<Value> values) {
+    Choices<Value> choices;
+    for (const Value value : values) choices.emplace_back(std::string(name(value)), value);
+    return choices;
+}
 
 /// A named choice such as --sign, without distinction of case.
 template <class Value>
@@ -121,8 +130,9 @@ public:
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
 
-    /// Valid as long as this object.
-    Progress callback();
+    /// For one of several calls: what goes from 0 to 1 there goes from `begin` to `end` on the bar. Valid as
+    /// long as this object.
+    Progress callback(double begin = 0, double end = 1);
     void clear();
 
 private:

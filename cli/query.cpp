@@ -49,28 +49,33 @@ std::vector<double> closest_numbers(const std::vector<ClosestPoint>& found) {
 Answers ask(const Options& options, const Query& query, const std::optional<ClosestPoints>& closest,
             const std::vector<Vec3>& points, ProgressBar& bar) {
     const std::size_t n = points.size();
-    const Run batch = options.common.run(bar);
+    const int batches = 1 + int(options.value) + int(options.gradient) + int(closest.has_value());
+    int batch = 0;
+    const auto next = [&] {
+        ++batch;
+        return options.common.run(bar, double(batch - 1) / batches, double(batch) / batches);
+    };
     Answers answers;
     answers.codes.resize(n);
     if (options.mode == Mode::exact)
-        query.classify(points, answers.codes, batch);
+        query.classify(points, answers.codes, next());
     else
-        query.classify_shell(points, answers.codes, batch);
+        query.classify_shell(points, answers.codes, next());
     if (options.value) {
         answers.value.resize(n);
-        query.value(points, answers.value, batch);
+        query.value(points, answers.value, next());
         answers.columns.push_back({{"value"}, answers.value});
     }
     if (options.gradient) {
         std::vector<Vec3> gradient(n);
-        query.gradient(points, gradient, batch);
+        query.gradient(points, gradient, next());
         answers.gradient.reserve(3 * n);
         for (const Vec3& g : gradient) answers.gradient.insert(answers.gradient.end(), {g.x, g.y, g.z});
         answers.columns.push_back({{"gradient_x", "gradient_y", "gradient_z"}, answers.gradient});
     }
     if (closest) {
         std::vector<ClosestPoint> found(n);
-        closest->find(points, found, batch);
+        closest->find(points, found, next());
         answers.closest = closest_numbers(found);
         answers.columns.push_back(
             {{"closest_x", "closest_y", "closest_z", "distance", "triangle"}, answers.closest});
@@ -146,7 +151,7 @@ int run(const Options& options) {
     const std::vector<Vec3> points = timed(seconds.read, [&] { return read_points(options.points); });
     std::optional<ClosestPoints> closest;
     const Query query = timed(seconds.index, [&] {
-        if (options.closest) closest.emplace(shell.mesh(), options.common.run());
+        if (options.closest) closest.emplace(shell.mesh_view(), options.common.run());
         return Query(shell);
     });
     stop_if_interrupted();

@@ -57,14 +57,6 @@ std::string yes_or_no(bool value) {
     return value ? "yes" : "no";
 }
 
-std::string_view name(Extrema extrema) {
-    return extrema == Extrema::certified ? "certified" : "candidates";
-}
-
-std::string_view name(Solver solver) {
-    return solver == Solver::direct ? "direct" : "lscg";
-}
-
 Json box_json(const Box& box) {
     return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
 }

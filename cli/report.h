@@ -36,9 +36,6 @@ std::string seconds_text(double seconds);     ///< three digits and the unit: 12
 std::string length_text(double length);       ///< six significant digits
 std::string yes_or_no(bool value);
 
-std::string_view name(Extrema extrema);  ///< as the option --extrema is spelled
-std::string_view name(Solver solver);    ///< as the option --solver is spelled
-
 /// The mesh and the shell, as `its build --json` and `its info --json` have them.
 Json shell_json(const ThinShell& shell, const Run& run);
 void add_shell_rows(Table& table, const ThinShell& shell, const Run& run);

@@ -36,16 +36,8 @@ struct Measured {
     double seconds = 0;
 };
 
-const Choices<SimplifyMethod> methods = {{"certified", SimplifyMethod::certified},
-                                         {"vertex", SimplifyMethod::vertex},
-                                         {"priority", SimplifyMethod::priority},
-                                         {"qem", SimplifyMethod::qem}};
-
-std::string method_name(SimplifyMethod method) {
-    for (const auto& [name, value] : methods)
-        if (value == method) return name;
-    return "";
-}
+const Choices<SimplifyMethod> methods = choices_of(
+    {SimplifyMethod::certified, SimplifyMethod::vertex, SimplifyMethod::priority, SimplifyMethod::qem});
 
 Json distance_json(const MeshDistance& distance) {
     return {{"max", distance.max}, {"mean", distance.mean}, {"root_mean_square", distance.root_mean_square}};
@@ -56,7 +48,7 @@ void print_simplify_json(const Options& options, const MeshFile& file, const Sim
                          double read, double write) {
     Json json;
     json["mesh"] = {{"file", options.mesh}, {"format", file.format}, {"warnings", file.warnings}};
-    json["method"] = method_name(options.simplify.method);
+    json["method"] = name(options.simplify.method);
     json["faces_before"] = report.faces_before;
     json["faces_after"] = report.faces_after;
     json["vertices_before"] = report.vertices_before;
@@ -187,8 +179,7 @@ Action add_simplify(CLI::App& app) {
     app.add_option("-o,--output", options->output, "Mesh to write: .obj .stl .ply .off .glb")
         ->required()
         ->type_name("OUT");
-    add_choice<SimplifyMethod>(app, "--method", methods, simplify.method,
-                               "What allows a collapse, or orders them")
+    add_choice(app, "--method", methods, simplify.method, "What allows a collapse, or orders them")
         ->type_name("METHOD");
     app.add_option("--tolerance", simplify.tolerance,
                    "No point of the result is farther from the mesh, and none of the mesh\n"

@@ -48,7 +48,7 @@ int run(const Options& options) {
     slice_options.run = options.common.run();
     std::optional<MeshFile> mesh;
     if (!options.mesh.empty()) mesh = read_mesh_with_warnings(options.mesh);
-    if (mesh) slice_options.mesh = &mesh->mesh;
+    if (mesh) slice_options.mesh = mesh->mesh;
     const Stopwatch watch;
     const Image image = naming_file(options.shell, [&] { return slice(shell, slice_options); });
     const double seconds = watch.seconds();

@@ -60,7 +60,7 @@ void write_surfaces(const fs::path& output, std::span<Written> surfaces) {
         const bool together = lower_extension(output) == ".glb" && surfaces.size() > 1;
         const fs::path path = surfaces.size() == 1 || together ? output : with_side(output, report.side);
         if (together)
-            meshes.push_back({std::string(name(report.side)), &written.surface.mesh});
+            meshes.push_back({std::string(name(report.side)), written.surface.mesh});
         else
             write_mesh(written.surface.mesh, path);
         written.file = path.string();
@@ -89,7 +89,7 @@ Json surface_json(const Written& written, double scale) {
     json["depth_wanted"] = report.depth_wanted > 0 ? Json(report.depth_wanted) : Json(nullptr);
     json["distance_to_mesh"] = length(report.to_mesh);
     json["distance_from_mesh"] = length(report.from_mesh);
-    json["seconds"] = {{"surface", report.seconds}, {"measure", report.seconds_measure}};
+    json["seconds"] = {{"surface", report.seconds.extract}, {"measure", report.seconds.measure}};
     return json;
 }
 
@@ -110,8 +110,8 @@ void add_rows(Table& table, const Written& written, double scale) {
         table.row("  measured distance",
                   fmt::format("surface to mesh {}, mesh to surface {}", length_text(*report.to_mesh),
                               length_text(*report.from_mesh)));
-    table.row("  time", seconds_text(report.seconds) +
-                            (report.to_mesh ? ", measuring " + seconds_text(report.seconds_measure) : ""));
+    table.row("  time", seconds_text(report.seconds.extract) +
+                            (report.to_mesh ? ", measuring " + seconds_text(report.seconds.measure) : ""));
     table.row("  wrote", written.file);
 }
 
@@ -147,8 +147,8 @@ void report(const Options& options, const std::vector<Written>& surfaces, const 
         double extraction = 0, measuring = 0;
         for (const Written& written : surfaces) {
             json["surfaces"].push_back(surface_json(written, scale));
-            extraction += written.surface.report.seconds;
-            measuring += written.surface.report.seconds_measure;
+            extraction += written.surface.report.seconds.extract;
+            measuring += written.surface.report.seconds.measure;
         }
         json["epsilon_inner"] = shell.info().epsilon_inner;
         json["epsilon_outer"] = shell.info().epsilon_outer;
@@ -166,18 +166,19 @@ int run(const Options& options) {
     check_output(options.output, options.shell);
     check_extension(options.output);
     if (lower_extension(options.output) == ".vdb" && !has_vdb())
-        write_vdb(ThinShell(nullptr), options.output);  // says why not, before the shell is read
+        throw OptionError(
+            fmt::format("cannot write '{}': this program was built without OpenVDB", options.output));
     const ThinShell shell = load_shell(options.shell, options.common);
     stop_if_interrupted();
     if (lower_extension(options.output) == ".vdb") return write_field(options, shell);
 
     ProgressBar bar(options.common.quiet);
     SurfaceOptions surface_options = options.surface;
-    surface_options.run = options.common.run();
     surface_options.measure = !options.no_measure;
-    surface_options.run.progress = bar.callback();
     std::vector<Written> surfaces;
     for (const SurfaceSide side : options.sides) {
+        const double sides = double(options.sides.size()), before = double(surfaces.size());
+        surface_options.run = options.common.run(bar, before / sides, (before + 1) / sides);
         surface_options.side = side;
         surfaces.push_back(
             {naming_file(options.shell, [&] { return extract_surface(shell, surface_options); }), ""});

@@ -18,7 +18,7 @@ struct Options {
     VerifyOptions verify;
 };
 
-void print_verify_json(const VerifyReport& report, const ShellInfo& info, double seconds) {
+void print_verify_json(const VerifyReport& report, const ShellInfo& info) {
     Json json;
     json["passed"] = report.passed();
     json["checks"] = Json::array();
@@ -37,11 +37,11 @@ void print_verify_json(const VerifyReport& report, const ShellInfo& info, double
     json["sampled_max"] = report.sampled_max;
     json["proven_min"] = report.proven_min;
     json["proven_max"] = report.proven_max;
-    json["seconds"]["verify"] = seconds;
+    json["seconds"]["verify"] = report.seconds.total;
     print_json(json);
 }
 
-void print_report(const VerifyReport& report, const ShellInfo& info, double seconds) {
+void print_report(const VerifyReport& report, const ShellInfo& info) {
     std::size_t width = 5;
     for (const VerifyCheck& check : report.checks) width = std::max(width, check.name.size());
     fmt::print("{:<6} {:<{}} {:<6} {:>13} {:>10} {:>12}\n", "", "Check", width, "", "tested", "violations",
@@ -57,7 +57,7 @@ void print_report(const VerifyReport& report, const ShellInfo& info, double seco
     table.row("Shell [ε₁, ε₂]", range(info.epsilon_inner, info.epsilon_outer));
     table.row("f proven on M", range(report.proven_min, report.proven_max));
     table.row("f sampled on M", range(report.sampled_min, report.sampled_max));
-    table.row("Time", seconds_text(seconds));
+    table.row("Time", seconds_text(report.seconds.total));
     table.row("Result", report.passed() ? "all checks passed" : "FAILED");
     table.print();
 }
@@ -68,16 +68,14 @@ int run(const Options& options) {
     ProgressBar bar(options.common.quiet);
     VerifyOptions verify_options = options.verify;
     verify_options.run = options.common.run(bar);
-    const Stopwatch watch;
     const VerifyReport report =
         naming_file(options.mesh, [&] { return verify(shell, file.mesh, verify_options); });
-    const double seconds = watch.seconds();
     bar.clear();
     stop_if_interrupted();
     if (options.common.json)
-        print_verify_json(report, shell.info(), seconds);
+        print_verify_json(report, shell.info());
     else if (!options.common.quiet)
-        print_report(report, shell.info(), seconds);
+        print_report(report, shell.info());
     for (const VerifyCheck& check : report.checks)
         if (!check.passed) print_message("failed", fmt::format("{}: {}", check.name, check.detail));
     return report.passed() ? done : check_failed;

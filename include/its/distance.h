@@ -3,12 +3,14 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string_view>
 
 #include "its/base.h"
 #include "its/mesh.h"
 
-/// Exact closest points of a mesh, and measured distances between meshes; without any shell.
+/// Exact closest points of a mesh, sides by them, and measured distances between meshes; without any shell.
 namespace its {
 
 /// The point of M nearest to a query point.
@@ -21,10 +23,6 @@ struct ClosestPoint {
     std::array<double, 3> barycentric{};   ///< of its three corners, in order; each in [0, 1], sum 1
 };
 
-namespace distance {
-class ClosestPointTree;  // private to the library
-}
-
 /// A search tree over a mesh's triangles; some 330 bytes a triangle, about a second per million triangles to
 /// build. Copies share the same data. All members may be called from any number of threads.
 /// A hierarchy of boxes, split by the surface area heuristic: docs/design/distance.md.
@@ -36,7 +34,7 @@ public:
     /// Copies the mesh. Reports no progress.
     /// \throws InputError (no triangles, non-finite coordinates, a size over 1e75, indices out of range),
     ///         OptionError (run)
-    explicit ClosestPoints(const Mesh& mesh, const Run& run = {});
+    explicit ClosestPoints(const MeshView& mesh, const Run& run = {});
 
     /// The closest point to one point. Allocates nothing. \throws InputError if it is not finite.
     ClosestPoint find(const Vec3& point) const;
@@ -46,6 +44,35 @@ public:
     void find(std::span<const Vec3> points, std::span<ClosestPoint> results, const Run& run = {}) const;
 
     std::uint64_t memory_bytes() const;  ///< of the tree, without its copy of the mesh
+
+private:
+    struct Data;
+    std::shared_ptr<const Data> data_;
+};
+
+/// Where a point is. The values are the codes of batches.
+enum class Side : std::int8_t { inside = -1, on_surface = 0, outside = 1 };
+
+/// "inside", "on_surface", "outside".
+std::string_view name(Side side);
+/// The side of that name; empty: there is none.
+std::optional<Side> parse_side(std::string_view name);
+
+/// Sides by the nearest point of a mesh: the side of the pseudonormal there (the triangle's normal, or the sum
+/// of those of the triangles at its edge, or of those at its vertex weighted by their angles: Bærentzen and
+/// Aanæs 2005). Right, up to rounding, for closed meshes without self-intersections or triangles of zero area;
+/// Query::classify() is exact for all, and many times as fast. Copies share the same data. Members may be
+/// called from any number of threads.
+class ClosestSides {
+public:
+    /// Copies the mesh: that of a shell (ThinShell::mesh_view()), or any whose triangles face outward. Reports
+    /// no progress. \throws InputError (as ClosestPoints, or an edge that is not used as often in one direction
+    /// as in the
+    ///         other), OptionError (run), MemoryError
+    explicit ClosestSides(const MeshView& mesh, const Run& run = {});
+
+    /// \throws InputError if a coordinate is NaN or infinite
+    Side side(const Vec3& point) const;
 
 private:
     struct Data;
@@ -63,7 +90,7 @@ struct MeshDistance {
 /// points are quasi-random, and the result is the same bits for any number of threads.
 /// \param samples  0: vertices alone
 /// \throws InputError (as ClosestPoints, for either mesh), OptionError (run), Cancelled.
-MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples = 200'000,
+MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples = 200'000,
                            const Run& run = {});
 
 }  // namespace its

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,6 +21,26 @@ enum class SignRule : std::uint8_t {
 
 /// "winding", "generalized", "unsigned", "even-odd".
 std::string_view name(SignRule rule);
+/// The rule of that name; empty: there is none.
+std::optional<SignRule> parse_sign_rule(std::string_view name);
+
+/// A rule other than the one that is chosen for a mesh, which may be what somebody wants, and what it does.
+enum class SignAdvice : std::uint8_t {
+    none,
+    around_both_sides,     ///< SignRule::unsigned_rule: a shell around both sides
+    with_holes_open,       ///< the same; holes, which would be filled, stay open
+    winding_as_it_is,      ///< SignRule::winding, without turning triangles around: then nothing is inside
+    crossings_as_it_is,    ///< SignRule::even_odd, without turning triangles around
+    generalized_as_it_is,  ///< SignRule::generalized, by the directions of the triangles as they are
+    fill_nevertheless,     ///< SignRule::generalized, though its filled holes seem to make no inside
+};
+
+/// The enumerator, with hyphens: "around-both-sides".
+std::string_view name(SignAdvice advice);
+/// The advice of that name; empty: there is none.
+std::optional<SignAdvice> parse_sign_advice(std::string_view name);
+/// The rule that is advised; empty for SignAdvice::none.
+std::optional<SignRule> advised_rule(SignAdvice advice);
 
 /// What is known about a mesh before anything is built from it. Counts are of the mesh as it stands;
 /// vertices with identical coordinates are taken as one for everything topological.
@@ -41,18 +62,22 @@ struct MeshReport {
     double signed_volume = 0;                 ///< of the cones from the centre of the bounds; < 0: inside out
     SignRule sign = SignRule::unsigned_rule;  ///< what `auto` chooses
     std::string sign_reason;                  ///< one sentence: why
-    std::string sign_advice;   ///< another rule that makes sense, as an option of `its build`; empty: none
+    SignAdvice sign_advice = SignAdvice::none;
     std::uint64_t turned = 0;  ///< triangles that `auto` turns around before it builds; see oriented()
     double separating = 1;     ///< for meshes with boundary that agree about the outside: the share of the area
                                ///< that separates inside from outside once holes are filled, by 512 samples
+    /// Wall clock: the call.
+    struct Seconds {
+        double total = 0;
+    } seconds = {};
 };
 
 /// Examines a mesh. Reports no progress.
 /// \throws InputError on indices out of range, non-finite coordinates, or no triangles; OptionError (run).
-MeshReport inspect(const Mesh& mesh, const Run& run = {});
+MeshReport inspect(const MeshView& mesh, const Run& run = {});
 
 /// The mesh as `auto` builds it: triangles that MeshReport::turned counts have their second and third corner
 /// exchanged, all else is the same. Reports no progress. \throws as inspect().
-Mesh oriented(const Mesh& mesh, const Run& run = {});
+Mesh oriented(const MeshView& mesh, const Run& run = {});
 
 }  // namespace its

@@ -32,19 +32,19 @@ MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options
 /// renamed: an existing file is replaced only by a complete one. STL and GLB round coordinates to 32 bits, the
 /// others keep every bit.
 /// \throws FileError, OptionError (unknown extension), InputError (what the format cannot hold).
-void write_mesh(const Mesh& mesh, const std::filesystem::path& path);
+void write_mesh(const MeshView& mesh, const std::filesystem::path& path);
 
 /// The same with attributes, as far as the format holds them. Formats that keep them by vertex (all but OBJ)
 /// have a vertex for each set of values that meets there, and none that no triangle uses.
 /// \return a line for each thing that the format cannot hold
 /// \throws besides, as check_attributes()
-std::vector<std::string> write_mesh(const Mesh& mesh, const MeshAttributes& attributes,
+std::vector<std::string> write_mesh(const MeshView& mesh, const MeshAttributes& attributes,
                                     const std::filesystem::path& path);
 
-/// One of several meshes in a file. The mesh must outlive this.
+/// One of several meshes in a file.
 struct NamedMesh {
-    std::string name;  ///< of its node
-    const Mesh* mesh = nullptr;
+    std::string name;  ///< of its node; UTF-8
+    MeshView mesh;     ///< its arrays must exist until the file is written
 };
 
 /// Writes meshes as nodes of one .glb file, in the same way. Coordinates are rounded to 32 bits; where the

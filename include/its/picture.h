@@ -14,12 +14,12 @@ struct SliceOptions {
     int axis = 2;  ///< 0 x, 1 y, 2 z: the normal of the plane, unless `normal` is given
     /// Normal of any plane, towards the viewer: finite and not zero, of any length.
     std::optional<Vec3> normal = {};
-    double at = 0.5;                   ///< position of the plane within the mesh's extent, 0 to 1
-    std::optional<Vec3> through = {};  ///< a finite point of the plane, mesh units; `at` is then not used
-    const Mesh* mesh = nullptr;        ///< its section is drawn; null: that of the shell's own mesh
-    int size = 1024;                   ///< pixels of the longer side of the plot, 64 to 8192
-    bool cells = false;                ///< draw the octree's cells
-    Run run = {};                      ///< reports no progress
+    double at = 0.5;                    ///< position of the plane within the mesh's extent, 0 to 1
+    std::optional<Vec3> through = {};   ///< a finite point of the plane, mesh units; `at` is then not used
+    std::optional<MeshView> mesh = {};  ///< its section is drawn; empty: that of the shell's own mesh
+    int size = 1024;                    ///< pixels of the longer side of the plot, 64 to 8192
+    bool cells = false;                 ///< draw the octree's cells
+    Run run = {};                       ///< reports the beginning and the end
 };
 
 /// 8-bit RGB, rows from the top.

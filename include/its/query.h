@@ -2,20 +2,25 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string_view>
 
 #include "its/base.h"
+#include "its/distance.h"
 #include "its/shell.h"
 
 /// Questions to a shell, one point or millions: inside or outside (exact, or from the shell alone), f, its
 /// gradient, bounds of the true distance. Points and lengths are in mesh units.
 namespace its {
 
-/// Where a point is. The values are the codes of batches.
-enum class Side : std::int8_t { inside = -1, on_surface = 0, outside = 1 };
-
 /// Where a point is by f alone: f < ε₁, ε₁ ≤ f ≤ ε₂, f > ε₂.
 enum class ShellSide : std::int8_t { inside = -1, on_shell = 0, outside = 1 };
+
+/// "inside", "on_shell", "outside".
+std::string_view name(ShellSide side);
+/// The side of that name; empty: there is none.
+std::optional<ShellSide> parse_shell_side(std::string_view name);
 
 /// The code of a point with a coordinate that is NaN or infinite, in batches of sides.
 inline constexpr std::int8_t not_finite = 2;
@@ -25,28 +30,8 @@ struct Interval {
     double lower = 0, upper = 0;
 };
 
-/// Sides by the nearest point of a mesh: the side of the pseudonormal there (the triangle's normal, or the sum
-/// of those of the triangles at its edge, or of those at its vertex weighted by their angles: Bærentzen and
-/// Aanæs 2005). Right, up to rounding, for closed meshes without self-intersections or triangles of zero area;
-/// Query::classify() is exact for all, and many times as fast. Copies share the same data. Members may be
-/// called from any number of threads.
-class ClosestSides {
-public:
-    /// For the mesh of a shell, in the directions that its triangles have there.
-    /// Reports no progress.
-    /// \throws OptionError if its sign rule is not SignRule::winding, or by run; MemoryError
-    explicit ClosestSides(const ThinShell& shell, const Run& run = {});
-
-    /// \throws InputError if a coordinate is NaN or infinite
-    Side side(const Vec3& point) const;
-
-private:
-    struct Data;
-    std::shared_ptr<const Data> data_;
-};
-
 namespace query {
-struct QueryIndex;  // private to the library
+struct Access;  // the library's own way in
 }
 
 /// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
@@ -56,9 +41,9 @@ struct QueryIndex;  // private to the library
 class Query {
 public:
     /// Makes the index.
-    explicit Query(ThinShell shell);
+    explicit Query(const ThinShell& shell);
 
-    const ThinShell& shell() const { return shell_; }
+    const ThinShell& shell() const;
 
     /// The exact side, by the shell's sign rule: decided as if by exact arithmetic, without tolerance.
     /// on_surface iff the point lies on a triangle; else, under SignRule::winding, inside iff its winding
@@ -114,12 +99,11 @@ public:
     /// Bytes of the index, beside those of the shell.
     std::uint64_t memory_bytes() const;
 
-    /// For the library and its benchmarks.
-    const query::QueryIndex& index() const { return *index_; }
-
 private:
-    ThinShell shell_;
-    std::shared_ptr<const query::QueryIndex> index_;
+    friend struct query::Access;
+    struct Data;
+
+    std::shared_ptr<const Data> data_;
 };
 
 }  // namespace its

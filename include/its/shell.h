@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "its/base.h"
 #include "its/inspect.h"
@@ -20,10 +21,20 @@ enum class Extrema : std::uint8_t {
     candidates,  ///< the paper's finite set of candidate points
 };
 
+/// "certified", "candidates".
+std::string_view name(Extrema extrema);
+/// The value of that name; empty: there is none.
+std::optional<Extrema> parse_extrema(std::string_view name);
+
 enum class Solver : std::uint8_t {
     direct,  ///< hierarchical coefficients, one pass, satisfies every equation
     lscg,    ///< the paper's least-squares conjugate gradients (Eigen); slow, for comparison
 };
+
+/// "direct", "lscg".
+std::string_view name(Solver solver);
+/// The solver of that name; empty: there is none.
+std::optional<Solver> parse_solver(std::string_view name);
 
 inline constexpr int max_depth = 16;  ///< the largest depth K of a shell
 
@@ -60,25 +71,31 @@ struct ShellInfo {
     double thickness() const { return epsilon_outer - epsilon_inner; }  ///< ε₂ − ε₁
 };
 
-/// Wall-clock seconds of the stages of build(). Not part of the shell: files do not depend on it.
-struct BuildTimes {
-    double octree = 0, distance = 0, field = 0, extrema = 0, total = 0;
+/// Wall-clock seconds of a build and its stages.
+struct BuildSeconds {
+    double octree = 0, distance = 0, field = 0, extrema = 0;
     double signs = 0;  ///< contained in distance
+    double total = 0;
 };
 
 namespace shell {
-struct ShellData;  // the arrays behind a shell; private to the library
+struct Access;  // the library's own way in
 }
 
-/// An immutable shell; copies share the same data. All members may be called from any number of threads.
+/// An immutable shell, made by build(), load() or decode(). Copies share the same data. All members may be
+/// called from any number of threads.
 class ThinShell {
 public:
-    explicit ThinShell(
-        std::shared_ptr<const shell::ShellData> data);  ///< for the library: see build() and load()
-
     const ShellInfo& info() const;
-    /// The mesh that the shell was built from; a copy that is made at the first call and shared by all copies
-    /// of the shell.
+
+    /// How long the build took. Not part of the shell, and in no file: all 0 for one that was read.
+    const BuildSeconds& build_seconds() const;
+
+    /// The mesh that the shell was built from, as the shell keeps it: nothing is copied. Valid as long as a
+    /// copy of the shell exists.
+    MeshView mesh_view() const;
+    /// The same as a Mesh of its own: a copy that is made at the first call and shared by all copies of the
+    /// shell.
     const Mesh& mesh() const;
 
     /// f anywhere in space, in mesh units; negative inside. Continuous; outside the root cube the value at
@@ -93,29 +110,30 @@ public:
     /// time, unless the shell was loaded from a file. Reports no progress. \throws OptionError (run).
     std::uint64_t grid_points(const Run& run = {}) const;
 
-    const shell::ShellData& data() const { return *data_; }  ///< for the library
-
 private:
-    struct Lazy;
+    friend struct shell::Access;
+    struct Data;
+    explicit ThinShell(std::shared_ptr<const Data> data);
 
-    std::shared_ptr<const shell::ShellData> data_;
-    std::shared_ptr<Lazy> lazy_;
+    std::shared_ptr<const Data> data_;
 };
 
-/// Builds the shell of any mesh, which it copies. Method and departures from the paper: docs/design/README.md.
-/// \param times  if not null, receives the seconds each stage took.
+/// Builds the shell of any mesh, of which it keeps a copy. Method and departures from the paper:
+/// docs/design/README.md.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, too far from the origin
 ///         for its size), OptionError, MemoryError (names the largest depth that fits), Cancelled.
-ThinShell build(const Mesh& mesh, const BuildOptions& options = {}, BuildTimes* times = nullptr);
+ThinShell build(const MeshView& mesh, const BuildOptions& options = {});
 
 /// A hash of all that the result of build() depends on: the mesh, the options as given (not how they
 /// are to run), and the version of this library. ShellInfo::input_hash has it, so that a stored shell can be
 /// recognised. 128 bits, not meant to withstand somebody who wants two inputs to agree.
-std::array<std::uint64_t, 2> input_hash(const Mesh& mesh, const BuildOptions& options = {});
+/// Meshes with the same numbers have the same hash, whatever the layout of their arrays.
+/// \throws InputError on indices that no Triangle can hold, and as MeshView says
+std::array<std::uint64_t, 2> input_hash(const MeshView& mesh, const BuildOptions& options = {});
 
 /// Bytes that build() would take at its peak for this mesh and depth: an estimate from the mesh's area that
-/// is checked again, exactly, once the finest cells are counted. The mesh must be one that build() takes.
-/// Reports no progress. \throws OptionError (run).
-std::uint64_t estimate_memory(const Mesh& mesh, int depth, const Run& run = {});
+/// is checked again, exactly, once the finest cells are counted. Reports no progress.
+/// \throws as build()
+std::uint64_t estimate_memory(const MeshView& mesh, int depth, const Run& run = {});
 
 }  // namespace its

@@ -1,7 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
 
 #include "its/shell.h"
 
@@ -12,6 +17,9 @@ namespace its {
 /// a complete one. The same shell gives the same bytes; docs/design/file-format.md specifies them.
 /// Reports no progress. \throws FileError, OptionError (run).
 void save(const ThinShell& shell, const std::filesystem::path& path, const Run& run = {});
+
+/// The bytes of that file, in memory of the caller. \throws OptionError (run).
+std::vector<std::byte> encode(const ThinShell& shell, const Run& run = {});
 
 /// How much of a file is examined before load() returns. No file, damaged by accident or on purpose, makes any
 /// function of the library read out of bounds or run for ever, whichever is chosen.
@@ -33,9 +41,17 @@ struct LoadOptions {
     Run run = {};  ///< reports no progress
 };
 
+/// "full", "quick".
+std::string_view name(LoadCheck check);
+/// The check of that name; empty: there is none.
+std::optional<LoadCheck> parse_load_check(std::string_view name);
+
 /// Reads a shell, in any version of the format so far.
 /// \throws FileError if it cannot be read; InputError if it is not a complete, valid .its file; MemoryError if
 /// it is to be copied and larger than the free memory; OptionError (run).
 ThinShell load(const std::filesystem::path& path, const LoadOptions& options = {});
+
+/// The shell in the bytes of an .its file, which are copied; LoadOptions::map is not used. \throws as load().
+ThinShell decode(std::span<const std::byte> bytes, const LoadOptions& options = {});
 
 }  // namespace its

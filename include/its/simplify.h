@@ -19,6 +19,11 @@ enum class SimplifyMethod : std::uint8_t {
     qem,        ///< quadric errors alone (Garland and Heckbert 1997)
 };
 
+/// "certified", "vertex", "priority", "qem".
+std::string_view name(SimplifyMethod method);
+/// The method of that name; empty: there is none.
+std::optional<SimplifyMethod> parse_simplify_method(std::string_view name);
+
 /// What `certified` proves depends on what is asked for. Lengths are in mesh units, and hold for every point of
 /// the mesh's surface M and of the result R.
 ///
@@ -57,6 +62,10 @@ enum class SimplifyStop : std::uint8_t {
     topology_reached,   ///< no collapse is left that keeps the topology and flips no triangle
 };
 
+/// The enumerator, with hyphens: "faces-reached".
+std::string_view name(SimplifyStop stop);
+/// The stop of that name; empty: there is none.
+std::optional<SimplifyStop> parse_simplify_stop(std::string_view name);
 /// One sentence.
 std::string_view reason(SimplifyStop stop);
 
@@ -70,8 +79,9 @@ struct SimplifyReport {
     std::uint64_t seam_edges_before = 0, seam_edges_after = 0;  ///< where colours or texture coordinates jump
     std::optional<ShellInfo> shell;                             ///< of the shell that was used
     bool in_shell = false;  ///< proven: every point of the result is in the shell
+    /// Wall clock: building the shell, collapsing, the call.
     struct Seconds {
-        double shell = 0, simplify = 0, total = 0;  ///< total: of the call
+        double shell = 0, simplify = 0, total = 0;
     } seconds;
 };
 
@@ -87,12 +97,13 @@ struct Simplified {
 ///         not be), OptionError (out of range, contradicting, a tolerance below what coordinates can resolve or
 ///         above which the shell of the given depth is thicker, fewer faces than the topology needs),
 ///         MemoryError, Cancelled.
-Simplified simplify(const Mesh& mesh, const SimplifyOptions& options = {});
+Simplified simplify(const MeshView& mesh, const SimplifyOptions& options = {});
 
 /// The same with attributes. Seams (edges where colours or texture coordinates jump) are held: their vertices
 /// go only by merging along the seam, none moves, and both sides keep their values there. Hence no triangle of
 /// the result has values of two sides of a seam. Elsewhere a vertex has the values of a nearest point of M on
 /// its own side, interpolated. Normals are computed anew. \throws besides, as check_attributes()
-Simplified simplify(const Mesh& mesh, const MeshAttributes& attributes, const SimplifyOptions& options = {});
+Simplified simplify(const MeshView& mesh, const MeshAttributes& attributes,
+                    const SimplifyOptions& options = {});
 
 }  // namespace its

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "its/shell.h"
 
@@ -18,6 +19,8 @@ enum class SurfaceSide : std::uint8_t {
 
 /// "outer", "inner", "zero".
 std::string_view name(SurfaceSide side);
+/// The side of that name; empty: there is none.
+std::optional<SurfaceSide> parse_surface_side(std::string_view name);
 
 struct SurfaceOptions {
     SurfaceSide side = SurfaceSide::outer;
@@ -52,7 +55,10 @@ struct SurfaceReport {
     /// MeshDistance::max of mesh_distance(), from the surface to M and from M to the surface: measured lower
     /// bounds of the one-sided Hausdorff distances. With `measure` only.
     std::optional<double> to_mesh = {}, from_mesh = {};
-    double seconds = 0, seconds_measure = 0;  ///< wall clock: extraction with certificate; measuring
+    /// Wall clock: extraction with its certificate, measuring, the call.
+    struct Seconds {
+        double extract = 0, measure = 0, total = 0;
+    } seconds;
 };
 
 struct Surface {

@@ -41,13 +41,17 @@ struct VerifyReport {
     double sampled_min = 0, sampled_max = 0;  ///< of f over all samples, mesh units
     double proven_min = 0, proven_max = 0;    ///< of f over M, by interval subdivision; mesh units
     bool passed() const;                      ///< all checks
+    /// Wall clock: the call.
+    struct Seconds {
+        double total = 0;
+    } seconds;
 };
 
 /// Checks every section of a shell's file: G1 (containment: samples on M and a proof by interval subdivision),
 /// G2 (tightness), the sides of cells, the values of grid points (G3), the lists of triangles, the copy of the
-/// mesh and the description. `mesh` should be the mesh that the shell was built from.
+/// mesh and the description. `mesh` should be the mesh that the shell was built from; it is copied.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, a mesh that does not fit the
 ///         shell's root cube), OptionError (run), Cancelled.
-VerifyReport verify(const ThinShell& shell, const Mesh& mesh, const VerifyOptions& options = {});
+VerifyReport verify(const ThinShell& shell, const MeshView& mesh, const VerifyOptions& options = {});
 
 }  // namespace its

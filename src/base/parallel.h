@@ -105,8 +105,8 @@ auto with_threads(int threads, F&& fn) {
 /// Counts the work of a stage, reports it, and passes on the wish to stop. Thread-safe.
 class Stage {
 public:
-    Stage(const Progress& progress, std::string_view name, std::uint64_t total)
-        : progress_(progress), name_(name), total_(std::max<std::uint64_t>(total, 1)) {
+    Stage(Progress progress, std::string_view name, std::uint64_t total)
+        : progress_(std::move(progress)), name_(name), total_(std::max<std::uint64_t>(total, 1)) {
         report(0.0);
     }
 
@@ -122,13 +122,15 @@ private:
     void report(double fraction) {
         if (!progress_) return;
         const std::lock_guard lock(mutex_);
-        if (!stopped_ && !progress_(name_, std::min(fraction, 1.0))) stopped_ = true;
+        reported_ = std::max(reported_, std::min(fraction, 1.0));  // threads may report in another order
+        if (!stopped_ && !progress_(name_, reported_)) stopped_ = true;
         if (stopped_) throw Cancelled("stopped by the caller");
     }
 
-    const Progress& progress_;
+    Progress progress_;
     std::string_view name_;
     std::uint64_t total_;
+    double reported_ = 0;
     std::atomic<std::uint64_t> done_ = 0;
     std::atomic<bool> stopped_ = false;
     std::mutex mutex_;

@@ -8,6 +8,7 @@
 #include "distance/closest_point.h"
 #include "distance/searchable.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 
 namespace its {
 using namespace distance;
@@ -16,16 +17,16 @@ namespace {
 
 constexpr std::uint64_t grain = 512;  // points: below it, a batch is serial
 
-/// The mesh, if it can be searched. \throws InputError
-const Mesh& checked(const Mesh& mesh) {
+/// A copy of the mesh, if it can be searched. \throws InputError
+Mesh checked_copy(const mesh::Arrays& mesh) {
     require_searchable(mesh);
-    return mesh;
+    return mesh::copy_of(mesh);
 }
 
 }  // namespace
 
 struct ClosestPoints::Data {
-    explicit Data(const Mesh& m) : mesh(checked(m)), tree(mesh.vertices, mesh.triangles) {}
+    explicit Data(const mesh::Arrays& m) : mesh(checked_copy(m)), tree(mesh.vertices, mesh.triangles) {}
 
     ClosestPoint find(const Vec3& p) const {
         const Nearest nearest = tree.find(p);
@@ -44,8 +45,10 @@ struct ClosestPoints::Data {
     ClosestPointTree tree;
 };
 
-ClosestPoints::ClosestPoints(const Mesh& mesh, const Run& run)
-    : data_(with_threads(run.threads, [&] { return std::make_shared<const Data>(mesh); })) {}
+ClosestPoints::ClosestPoints(const MeshView& mesh, const Run& run) {
+    const mesh::Native native(mesh);
+    data_ = with_threads(run.threads, [&] { return std::make_shared<const Data>(native); });
+}
 
 ClosestPoint ClosestPoints::find(const Vec3& point) const {
     if (!finite(point))

@@ -8,6 +8,7 @@
 #include "distance/closest_point.h"
 #include "distance/searchable.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 
 namespace its {
 using namespace distance;
@@ -19,7 +20,7 @@ constexpr std::uint64_t grain = 4096;  // points: below it, a measurement is ser
 /// The points that are measured, by number: the vertices, then the samples.
 class MeasuredPoints {
 public:
-    MeasuredPoints(const MeshView& mesh, std::uint64_t samples)
+    MeasuredPoints(const mesh::Arrays& mesh, std::uint64_t samples)
         : mesh_(mesh), area_before_(mesh.triangles.size() + 1, 0.0), used_(mesh.vertices.size(), false) {
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
             const auto& [a, b, c] = mesh.triangles[i];
@@ -49,7 +50,7 @@ public:
     }
 
 private:
-    MeshView mesh_;
+    mesh::Arrays mesh_;
     std::vector<double> area_before_;  ///< twice the area of the triangles before each
     std::vector<bool> used_;           ///< vertices that some triangle uses
     std::uint64_t samples_ = 0;
@@ -72,7 +73,7 @@ MeshDistance combine(const std::vector<MeshDistance>& parts, std::uint64_t sampl
 
 }  // namespace
 
-MeshDistance distance::mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples,
+MeshDistance distance::mesh_distance(const mesh::Arrays& from, const mesh::Arrays& to, std::uint64_t samples,
                                      const Progress& progress) {
     const ClosestPointTree tree(to.vertices, to.triangles);
     const MeasuredPoints points(from, samples);
@@ -96,13 +97,12 @@ MeshDistance distance::mesh_distance(const MeshView& from, const MeshView& to, s
     return combine(parts, points.samples());
 }
 
-MeshDistance mesh_distance(const Mesh& from, const Mesh& to, std::uint64_t samples, const Run& run) {
-    require_searchable(from);
-    require_searchable(to);
-    return with_threads(run.threads, [&] {
-        return mesh_distance(MeshView{from.vertices, from.triangles}, MeshView{to.vertices, to.triangles},
-                             samples, run.progress);
-    });
+MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples, const Run& run) {
+    const mesh::Native a(from), b(to);
+    require_searchable(a);
+    require_searchable(b);
+    return with_threads(run.threads,
+                        [&] { return mesh_distance(a.arrays(), b.arrays(), samples, run.progress); });
 }
 
 }  // namespace its

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 
 namespace its::field {
 namespace {
@@ -161,7 +162,8 @@ Field cumulative(const octree::Octree& octree, const GridPoints& grid, const Eig
 Field solve_lscg(const octree::Octree& octree, const Field& distance, double tolerance,
                  const Progress& progress, LscgReport* report) {
     const GridPoints grid(octree);
-    Stage assembly(progress, "equations", std::uint64_t(grid.count()));
+    Parts parts(progress);
+    Stage assembly(parts.until(0.2), "equations", std::uint64_t(grid.count()));
     const Matrix matrix = make_matrix(grid, assembly);
     Eigen::VectorXd target(grid.count());
     for (int k = 0; k < grid.levels(); ++k)
@@ -169,7 +171,7 @@ Field solve_lscg(const octree::Octree& octree, const Field& distance, double tol
             target[grid.find(k, p)] = distance.values[k][at];
         });
 
-    Stage solving(progress, "coefficients", most_iterations);
+    Stage solving(parts.until(1), "coefficients", most_iterations);
     Eigen::LeastSquaresConjugateGradient<Matrix, StoppablePreconditioner> solver;
     solver.preconditioner().stage = &solving;
     solver.compute(matrix);

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <optional>
 
 #include "formats/readers.h"
 #include "formats/writers.h"
 #include "its/mesh_file.h"
+#include "mesh/arrays.h"
 #include "mesh/attributes.h"
 
 namespace its {
@@ -29,7 +31,7 @@ struct SplitMesh {
     Mesh mesh;
     VertexAttributes attributes;
 
-    SplitMesh(const Mesh& whole, const MeshAttributes& of) {
+    SplitMesh(const mesh::Arrays& whole, const MeshAttributes& of) {
         mesh::Wedges wedges = mesh::wedges_of(whole.triangles, whole.vertices.size(), of);
         for (const std::uint64_t c : wedges.first)
             mesh.vertices.push_back(whole.vertices[whole.triangles[c / 3][c % 3]]);
@@ -54,7 +56,7 @@ std::vector<std::string> losses(const MeshAttributes& attributes, const std::str
 }
 
 /// The mesh, and its attributes where it has any.
-void write(const Mesh& mesh, const MeshAttributes& attributes, const std::filesystem::path& path) {
+void write(const mesh::Arrays& mesh, const MeshAttributes& attributes, const std::filesystem::path& path) {
     const std::string extension = lower_extension(path);
     const bool known = extension == ".obj" || extension == ".stl" || extension == ".ply" ||
                        extension == ".off" || extension == ".glb";
@@ -62,17 +64,17 @@ void write(const Mesh& mesh, const MeshAttributes& attributes, const std::filesy
         throw OptionError(fmt::format("cannot write '{}': the extension must be .obj, .stl, .ply, .off or .glb",
                                       path.string()));
     check_writable(mesh, extension == ".stl" || extension == ".glb");
-    check_attributes(mesh, attributes);
+    check_attributes(mesh.view(), attributes);
     // OBJ has tables for all but colours, STL has nothing.
     const MeshAttributes of_vertices = extension == ".obj"   ? MeshAttributes{attributes.colours, {}, {}, false}
                                        : extension == ".stl" ? MeshAttributes{}
                                                              : attributes;
     std::optional<SplitMesh> split;
     if (!of_vertices.empty()) split.emplace(mesh, of_vertices);
-    const Mesh& out = split ? split->mesh : mesh;
+    const mesh::Arrays out = split ? split->mesh : mesh;
     const VertexAttributes values = split ? split->attributes : VertexAttributes{};
     if (extension == ".glb") {
-        const GlbMesh whole{path.stem().string(), &out, values};
+        const GlbMesh whole{path.stem().string(), out, values};
         return write_glb(std::span(&whole, 1), path);
     }
     NewFile file(path);
@@ -85,7 +87,7 @@ void write(const Mesh& mesh, const MeshAttributes& attributes, const std::filesy
 
 }  // namespace
 
-void formats::check_writable(const Mesh& mesh, bool single_precision) {
+void formats::check_writable(const mesh::Arrays& mesh, bool single_precision) {
     const double limit =
         single_precision ? double{std::numeric_limits<float>::max()} : std::numeric_limits<double>::max();
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -109,18 +111,20 @@ void formats::check_writable(const Mesh& mesh, bool single_precision) {
 }
 
 void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path) {
+    std::deque<mesh::Native> native;
     std::vector<GlbMesh> bare;
-    for (const NamedMesh& named : meshes) bare.push_back({named.name, named.mesh, {}});
+    for (const NamedMesh& named : meshes)
+        bare.push_back({named.name, native.emplace_back(named.mesh).arrays(), {}});
     write_glb(std::span<const GlbMesh>(bare), path);
 }
 
-void write_mesh(const Mesh& mesh, const std::filesystem::path& path) {
-    write(mesh, {}, path);
+void write_mesh(const MeshView& mesh, const std::filesystem::path& path) {
+    write(mesh::Native(mesh), {}, path);
 }
 
-std::vector<std::string> write_mesh(const Mesh& mesh, const MeshAttributes& attributes,
+std::vector<std::string> write_mesh(const MeshView& mesh, const MeshAttributes& attributes,
                                     const std::filesystem::path& path) {
-    write(mesh, attributes, path);
+    write(mesh::Native(mesh), attributes, path);
     return losses(attributes, lower_extension(path));
 }
 

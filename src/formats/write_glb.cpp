@@ -10,6 +10,7 @@
 #include "geometry/vec3.h"
 #include "its/mesh_file.h"
 #include "its/version.h"
+#include "mesh/arrays.h"
 
 namespace its::formats {
 
@@ -22,7 +23,7 @@ constexpr int gltf_float = 5126, gltf_uint32 = 5125, gltf_uint16 = 5123, gltf_ve
 /// Bytes of a mesh in the buffer.
 std::uint64_t bytes_of(const GlbMesh& named) {
     const auto& [colours, texture, normals, bytes] = named.attributes;
-    return 12 * (named.mesh->vertices.size() + named.mesh->triangles.size()) + 12 * normals.size() +
+    return 12 * (named.mesh.vertices.size() + named.mesh.triangles.size()) + 12 * normals.size() +
            8 * texture.size() + (bytes ? 8 : 16) * colours.size();
 }
 
@@ -42,7 +43,7 @@ Box bounds_of(std::span<const GlbMesh> meshes) {
     constexpr double huge = std::numeric_limits<double>::max();
     Box box{{huge, huge, huge}, {-huge, -huge, -huge}};
     for (const GlbMesh& named : meshes)
-        for (const Vec3& v : named.mesh->vertices)
+        for (const Vec3& v : named.mesh.vertices)
             for (int axis = 0; axis < 3; ++axis) {
                 box.min[axis] = std::min(box.min[axis], v[axis]);
                 box.max[axis] = std::max(box.max[axis], v[axis]);
@@ -67,7 +68,7 @@ nlohmann::ordered_json glb_json(std::span<const GlbMesh> meshes, const Vec3& cen
         return accessors++;
     };
     for (std::size_t i = 0; i < meshes.size(); ++i) {
-        const Mesh& mesh = *meshes[i].mesh;
+        const mesh::Arrays& mesh = meshes[i].mesh;
         const auto& [colours, texture, normals, bytes] = meshes[i].attributes;
         const std::uint64_t count = mesh.vertices.size();
         const Box box = bounds_of(meshes.subspan(i, 1));
@@ -113,9 +114,9 @@ void write_colour(const Colour& colour, bool bytes, NewFile& file) {
 }
 
 void write_glb_data(const GlbMesh& named, const Vec3& centre, NewFile& file) {
-    for (const Vec3& v : named.mesh->vertices)
+    for (const Vec3& v : named.mesh.vertices)
         for (int axis = 0; axis < 3; ++axis) file.raw(float(v[axis] - centre[axis]));
-    for (const auto& [a, b, c] : named.mesh->triangles) file.raw(a).raw(b).raw(c);
+    for (const auto& [a, b, c] : named.mesh.triangles) file.raw(a).raw(b).raw(c);
     for (const Colour& colour : named.attributes.colours)
         write_colour(colour, named.attributes.byte_colours, file);
     for (const auto& [u, v] : named.attributes.texture) file.raw(float(u)).raw(float(1 - v));  // v points down
@@ -127,8 +128,8 @@ void write_glb_data(const GlbMesh& named, const Vec3& centre, NewFile& file) {
 void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& path) {
     std::uint64_t buffer = 0;
     for (const GlbMesh& named : meshes) {
-        check_writable(*named.mesh, true);
-        if (named.mesh->triangles.empty())
+        check_writable(named.mesh, true);
+        if (named.mesh.triangles.empty())
             throw InputError(fmt::format(
                 "cannot write '{}': a GLB file has no place for a mesh without triangles", path.string()));
         buffer += bytes_of(named);

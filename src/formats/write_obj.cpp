@@ -1,9 +1,10 @@
 #include "formats/writers.h"
+#include "mesh/arrays.h"
 
 namespace its::formats {
 
-void write_obj(const Mesh& mesh, std::span<const Colour> colours, const CornerValues<TexturePoint>& texture,
-               const CornerValues<Vec3>& normals, NewFile& file) {
+void write_obj(const mesh::Arrays& mesh, std::span<const Colour> colours,
+               const CornerValues<TexturePoint>& texture, const CornerValues<Vec3>& normals, NewFile& file) {
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         const Vec3& v = mesh.vertices[i];
         file << "v " << v.x << " " << v.y << " " << v.z;

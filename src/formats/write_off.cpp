@@ -1,8 +1,9 @@
 #include "formats/writers.h"
+#include "mesh/arrays.h"
 
 namespace its::formats {
 
-void write_off(const Mesh& mesh, const VertexAttributes& attributes, NewFile& file) {
+void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, NewFile& file) {
     const auto& [colours, texture, normals, bytes] = attributes;
     file << (texture.empty() ? "" : "ST") << (colours.empty() ? "" : "C") << (normals.empty() ? "" : "N")
          << "OFF\n"

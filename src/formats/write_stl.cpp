@@ -2,10 +2,11 @@
 
 #include "formats/writers.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 
 namespace its::formats {
 
-void write_stl(const Mesh& mesh, NewFile& file) {
+void write_stl(const mesh::Arrays& mesh, NewFile& file) {
     if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max()) {
         throw InputError("an STL file holds at most 4294967295 triangles; write .ply instead");
     }

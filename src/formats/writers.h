@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "formats/new_file.h"
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 
 namespace its::formats {
 
@@ -30,17 +30,17 @@ inline std::uint8_t byte_of(float x) {
 }
 
 /// Texture coordinates and normals have tables of their own; a colour belongs to its vertex.
-void write_obj(const Mesh& mesh, std::span<const Colour> colours, const CornerValues<TexturePoint>& texture,
-               const CornerValues<Vec3>& normals, NewFile& file);
-void write_off(const Mesh& mesh, const VertexAttributes& attributes, NewFile& file);
-void write_ply(const Mesh& mesh, const VertexAttributes& attributes, NewFile& file);
+void write_obj(const mesh::Arrays& mesh, std::span<const Colour> colours,
+               const CornerValues<TexturePoint>& texture, const CornerValues<Vec3>& normals, NewFile& file);
+void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, NewFile& file);
+void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, NewFile& file);
 /// Coordinates are rounded to 32 bits: the format has no others. \throws InputError (too many triangles)
-void write_stl(const Mesh& mesh, NewFile& file);
+void write_stl(const mesh::Arrays& mesh, NewFile& file);
 
 /// A mesh of a GLB file.
 struct GlbMesh {
     std::string name;
-    const Mesh* mesh;
+    mesh::Arrays mesh;
     VertexAttributes attributes;
 };
 /// Coordinates are rounded to 32 bits, about a centre of their own where the meshes are far away.
@@ -48,6 +48,6 @@ struct GlbMesh {
 void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& path);
 
 /// \throws InputError on what would make a file that cannot be read back.
-void check_writable(const Mesh& mesh, bool single_precision);
+void check_writable(const mesh::Arrays& mesh, bool single_precision);
 
 }  // namespace its::formats

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/names.h"
 #include "base/parallel.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
@@ -13,6 +14,7 @@
 #include "inspect/sides.h"
 #include "its/inspect.h"
 #include "its/mesh.h"
+#include "mesh/arrays.h"
 #include "mesh/merged.h"
 
 namespace its {
@@ -147,12 +149,12 @@ void all_around(std::vector<std::uint8_t>& turn, std::size_t triangles) {
 }
 
 /// Every edge is balanced: winding numbers are whole.
-void decide_cycle(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) {
+void decide_cycle(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
     MeshReport& report = out.report;
     report.sign = SignRule::winding;
     report.sign_reason =
         "every edge is used as often in one direction as in the other, so winding numbers are defined";
-    report.sign_advice = "--sign unsigned for a shell around both sides";
+    report.sign_advice = SignAdvice::around_both_sides;
     if (!(report.signed_volume < 0)) return;
     if (sample_sides(mesh, merged).any_inside) {
         report.sign_reason += "; more volume is enclosed inside out than right side out, and stays outside";
@@ -162,7 +164,7 @@ void decide_cycle(const Mesh& mesh, const mesh::Merged& merged, Inspection& out)
     report.sign_reason +=
         "; the mesh is inside out (its signed volume is negative, and nothing has a positive winding number), "
         "so all triangles are turned around";
-    report.sign_advice = "--sign winding to take the triangles as they are: then nothing is inside";
+    report.sign_advice = SignAdvice::winding_as_it_is;
 }
 
 /// Every edge has an even number of triangles, but their directions do not agree.
@@ -183,7 +185,7 @@ void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate
         };
         return excess(true) == 0 || excess(false) == 0;
     };
-    report.sign_advice = "--sign unsigned for a shell around both sides";
+    report.sign_advice = SignAdvice::around_both_sides;
     for (const bool all : {false, true}) {
         if (!patches.orientable) break;
         const std::vector<std::uint8_t> turn = outward_turns(merged, patches, all);
@@ -193,7 +195,7 @@ void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate
         report.sign_reason =
             "closed, but not all triangles agree about the outside: those that do not are turned around, part "
             "by part, so that most of each part faces outward, and winding numbers are defined";
-        report.sign_advice = "--sign even-odd for inside by counting crossings, without turning anything";
+        report.sign_advice = SignAdvice::crossings_as_it_is;
         return;
     }
     report.sign = SignRule::even_odd;
@@ -204,7 +206,7 @@ void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate
 }
 
 /// Some edge has an odd number of triangles: M has a boundary.
-void decide_open(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) {
+void decide_open(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
     MeshReport& report = out.report;
     report.sign = SignRule::unsigned_rule;
     if (report.inconsistent_edges > 0) {
@@ -212,7 +214,7 @@ void decide_open(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) 
             "{} edges are not used equally often in both directions, and at {} two triangles disagree about "
             "the outside, so there is no inside",
             report.unbalanced_edges, report.inconsistent_edges);
-        report.sign_advice = "--sign generalized to take the directions of the triangles as they are";
+        report.sign_advice = SignAdvice::generalized_as_it_is;
         return;
     }
     if (double(report.unbalanced_edges) > most_open_edges * double(report.triangles)) {
@@ -221,7 +223,7 @@ void decide_open(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) 
             "{} edges are not used equally often in both directions, more than half of what the triangles "
             "have: a soup, without inside",
             report.unbalanced_edges);
-        report.sign_advice = "--sign generalized to fill the holes nevertheless";
+        report.sign_advice = SignAdvice::fill_nevertheless;
         return;
     }
     const Sides sides = sample_sides(mesh, merged);
@@ -234,7 +236,7 @@ void decide_open(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) 
             "{}, and only {:.0f} % of the area would separate inside from outside with the holes filled (50 % "
             "is asked for), so there is no inside",
             holes, percent(report.separating));
-        report.sign_advice = "--sign generalized to fill the holes nevertheless";
+        report.sign_advice = SignAdvice::fill_nevertheless;
         return;
     }
     report.sign = SignRule::generalized;
@@ -242,14 +244,14 @@ void decide_open(const Mesh& mesh, const mesh::Merged& merged, Inspection& out) 
         "{}, but {:.0f} % of the area separates inside from outside with the holes filled (50 % is asked for), "
         "so generalized winding numbers fill them",
         holes, percent(report.separating));
-    report.sign_advice = "--sign unsigned for a shell around both sides, with the holes open";
+    report.sign_advice = SignAdvice::with_holes_open;
     if (reversed) {
         all_around(out.turn, merged.triangles.size());
         report.sign_reason += "; the mesh is inside out, so all triangles are turned around";
     }
 }
 
-void choose_sign(const Mesh& mesh, const mesh::Merged& merged, const std::vector<bool>& degenerate,
+void choose_sign(const mesh::Arrays& mesh, const mesh::Merged& merged, const std::vector<bool>& degenerate,
                  Inspection& out) {
     MeshReport& report = out.report;
     if (report.degenerate == report.triangles) {
@@ -265,23 +267,56 @@ void choose_sign(const Mesh& mesh, const mesh::Merged& merged, const std::vector
     report.turned = std::uint64_t(std::count(out.turn.begin(), out.turn.end(), 1));
 }
 
+constexpr Named<SignRule> rules[] = {{SignRule::winding, "winding"},
+                                     {SignRule::generalized, "generalized"},
+                                     {SignRule::unsigned_rule, "unsigned"},
+                                     {SignRule::even_odd, "even-odd"}};
+
+constexpr Named<SignAdvice> advices[] = {{SignAdvice::none, "none"},
+                                         {SignAdvice::around_both_sides, "around-both-sides"},
+                                         {SignAdvice::with_holes_open, "with-holes-open"},
+                                         {SignAdvice::winding_as_it_is, "winding-as-it-is"},
+                                         {SignAdvice::crossings_as_it_is, "crossings-as-it-is"},
+                                         {SignAdvice::generalized_as_it_is, "generalized-as-it-is"},
+                                         {SignAdvice::fill_nevertheless, "fill-nevertheless"}};
+
 }  // namespace
 
 std::string_view name(SignRule rule) {
-    switch (rule) {
-        case SignRule::winding:
-            return "winding";
-        case SignRule::generalized:
-            return "generalized";
-        case SignRule::even_odd:
-            return "even-odd";
-        case SignRule::unsigned_rule:
-            break;
-    }
-    return "unsigned";
+    return name_in(rules, rule);
 }
 
-Inspection inspector::examine(const Mesh& mesh) {
+std::optional<SignRule> parse_sign_rule(std::string_view name) {
+    return value_in(rules, name);
+}
+
+std::string_view name(SignAdvice advice) {
+    return name_in(advices, advice);
+}
+
+std::optional<SignAdvice> parse_sign_advice(std::string_view name) {
+    return value_in(advices, name);
+}
+
+std::optional<SignRule> advised_rule(SignAdvice advice) {
+    switch (advice) {
+        case SignAdvice::around_both_sides:
+        case SignAdvice::with_holes_open:
+            return SignRule::unsigned_rule;
+        case SignAdvice::winding_as_it_is:
+            return SignRule::winding;
+        case SignAdvice::crossings_as_it_is:
+            return SignRule::even_odd;
+        case SignAdvice::generalized_as_it_is:
+        case SignAdvice::fill_nevertheless:
+            return SignRule::generalized;
+        case SignAdvice::none:
+            break;
+    }
+    return std::nullopt;
+}
+
+Inspection inspector::examine(const mesh::Arrays& mesh) {
     const mesh::Merged merged = mesh::merge(mesh);
     Inspection out;
     MeshReport& report = out.report;
@@ -321,8 +356,12 @@ Inspection inspector::examine(const Mesh& mesh) {
     return out;
 }
 
-MeshReport inspect(const Mesh& mesh, const Run& run) {
-    return with_threads(run.threads, [&] { return examine(mesh).report; });
+MeshReport inspect(const MeshView& mesh, const Run& run) {
+    const Stopwatch watch;
+    const mesh::Native native(mesh);
+    MeshReport report = with_threads(run.threads, [&] { return examine(native).report; });
+    report.seconds.total = watch.seconds();
+    return report;
 }
 
 Mesh inspector::turned(Mesh mesh, std::span<const std::uint8_t> turn) {
@@ -331,8 +370,9 @@ Mesh inspector::turned(Mesh mesh, std::span<const std::uint8_t> turn) {
     return mesh;
 }
 
-Mesh oriented(const Mesh& mesh, const Run& run) {
-    return with_threads(run.threads, [&] { return turned(mesh, examine(mesh).turn); });
+Mesh oriented(const MeshView& mesh, const Run& run) {
+    const mesh::Native native(mesh);
+    return with_threads(run.threads, [&] { return turned(mesh::copy_of(native), examine(native).turn); });
 }
 
 }  // namespace its

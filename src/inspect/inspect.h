@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "its/inspect.h"
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 
 namespace its::inspector {
 
@@ -15,7 +15,7 @@ struct Inspection {
     std::vector<std::uint8_t> turn;  ///< 1 for each triangle to turn around; empty: none
 };
 
-Inspection examine(const Mesh& mesh);
+Inspection examine(const mesh::Arrays& mesh);
 
 /// The mesh with the second and third corner of these triangles exchanged.
 Mesh turned(Mesh mesh, std::span<const std::uint8_t> turn);

@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 #include "winding/filling.h"
 #include "winding/x_rays.h"
 
@@ -61,11 +62,11 @@ double filling_winding(const winding::Filling& filling, const winding::XRays& ra
 
 }  // namespace
 
-Sides sample_sides(const Mesh& mesh, const mesh::Merged& merged) {
+Sides sample_sides(const mesh::Arrays& mesh, const mesh::Merged& merged) {
     const std::vector<SurfacePoint> points = spread_points(merged);
     if (points.empty()) return {};
     const winding::Filling filling(mesh);
-    const Mesh& surface = filling.surface();
+    const mesh::Arrays& surface = filling.surface();
     const winding::XRays rays(merged.points, merged.triangles),
         filling_rays(surface.vertices, surface.triangles);
     std::vector<Sides> found(points.size());

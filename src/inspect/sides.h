@@ -1,6 +1,6 @@
 #pragma once
 
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 #include "mesh/merged.h"
 
 namespace its::inspector {
@@ -16,6 +16,6 @@ struct Sides {
 };
 
 /// \param mesh, merged  the same mesh
-Sides sample_sides(const Mesh& mesh, const mesh::Merged& merged);
+Sides sample_sides(const mesh::Arrays& mesh, const mesh::Merged& merged);
 
 }  // namespace its::inspector

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 #include "mesh/stars.h"
 
 namespace its {
@@ -53,10 +54,11 @@ int compare(const CornerValues<Value>& of, std::uint64_t a, std::uint64_t b) {
 
 }  // namespace
 
-void check_attributes(const Mesh& mesh, const MeshAttributes& attributes) {
-    check_values(attributes.colours, mesh.triangles.size(), "colours");
-    check_values(attributes.texture, mesh.triangles.size(), "texture coordinates");
-    check_values(attributes.normals, mesh.triangles.size(), "normals");
+void check_attributes(const MeshView& mesh, const MeshAttributes& attributes) {
+    const std::uint64_t triangles = mesh.triangles ? mesh.triangles->count : mesh.vertices.count / 3;
+    check_values(attributes.colours, triangles, "colours");
+    check_values(attributes.texture, triangles, "texture coordinates");
+    check_values(attributes.normals, triangles, "normals");
 }
 
 Wedges mesh::wedges_of(std::span<const Triangle> triangles, std::size_t vertices,

@@ -2,12 +2,13 @@
 
 #include <limits>
 
+#include "mesh/arrays.h"
 #include "mesh/point_index.h"
 #include "mesh/require.h"
 
 namespace its::mesh {
 
-Merged merge(const Mesh& mesh) {
+Merged merge(const mesh::Arrays& mesh) {
     constexpr std::uint32_t unknown = std::numeric_limits<std::uint32_t>::max();
     if (mesh.vertices.size() >= unknown) throw InputError("the mesh has more than 4294967294 vertices");
     require_usable(mesh);

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 
 namespace its::mesh {
 
@@ -17,7 +17,7 @@ struct Merged {
 };
 
 /// \throws InputError on what inspect() refuses.
-Merged merge(const Mesh& mesh);
+Merged merge(const mesh::Arrays& mesh);
 
 /// A triangle that is a segment or point even without a look at coordinates: it connects points, but is no
 /// face.

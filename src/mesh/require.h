@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 
 namespace its::mesh {
 
@@ -11,6 +11,6 @@ inline constexpr double largest_coordinate = 1e75;
 
 /// What every algorithm asks of a mesh: at least one triangle, whose vertices exist, are finite and have no
 /// coordinate of a magnitude beyond `largest`. \throws InputError that names the first that does not
-void require_usable(const Mesh& mesh, double largest = std::numeric_limits<double>::max());
+void require_usable(const mesh::Arrays& mesh, double largest = std::numeric_limits<double>::max());
 
 }  // namespace its::mesh

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "base/rounding.h"
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 
 /// The lattice of finest cells. Lattice coordinates count cell widths from the root cube's lower corner.
 namespace its::octree {
@@ -55,7 +55,7 @@ struct Lattice {
 };
 
 /// Bounds of the triangles' vertices. Precondition: at least one triangle, indices in range.
-Box bounds(const Mesh& mesh);
+Box bounds(const mesh::Arrays& mesh);
 
 /// The lattice of a mesh at depth K. Its scale is at least the longest side of the mesh's bounds, and larger
 /// by less than 2⁻⁷ of it (2⁻²³ unless the mesh is far from the origin for its size).

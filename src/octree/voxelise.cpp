@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "base/platform/lanes.h"
+#include "base/progress.h"
 #include "base/rounding.h"
 #include "geometry/vec3.h"
 #include "octree/morton.h"
@@ -217,9 +218,11 @@ Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> trian
     Voxels voxels{.cell = {0}, .offset = {0, triangles.size()}, .triangle = {}};
     voxels.triangle.resize(triangles.size());
     for (std::size_t i = 0; i < triangles.size(); ++i) voxels.triangle[i] = std::uint32_t(i);
+    Parts parts(progress);
     for (int level = depth; level >= 0; --level) {
         if (before_level) before_level(level, voxels.cell.size(), voxels.triangle.size());
-        Stage stage(progress, "octree", voxels.triangle.size());
+        // At last pairs grow by a factor of 2 to 4 a level.
+        Stage stage(parts.until(std::exp2(-level)), "octree", voxels.triangle.size());
         const double half = std::ldexp(0.5, level);
         voxels = descend(voxels, positions, triangles, {half, half + dilated, size}, stage);
     }

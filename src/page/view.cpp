@@ -13,6 +13,7 @@
 
 #include "base/output_file.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
 #include "its/surface.h"
@@ -158,13 +159,16 @@ Json facts(const ThinShell& shell) {
 }
 
 /// A level set that has not too many triangles; adds a note if it was extracted on a coarser lattice.
-Surface page_surface(const ThinShell& shell, SurfaceSide side, const ViewOptions& options, Json& notes) {
+Surface page_surface(const ThinShell& shell, SurfaceSide side, const ViewOptions& options, Json& notes,
+                     Parts& parts) {
     const int own = 1 << shell.info().depth;
     int resolution = options.resolution > 0 ? options.resolution : std::min(own, default_resolution);
     Surface surface;
     for (;; resolution /= 2) {
-        surface = extract_surface(
-            shell, {.side = side, .resolution = resolution == own ? 0 : resolution, .run = options.run});
+        surface =
+            extract_surface(shell, {.side = side,
+                                    .resolution = resolution == own ? 0 : resolution,
+                                    .run = {.threads = options.run.threads, .progress = parts.next(0.4)}});
         if (surface.mesh.triangles.size() <= options.max_triangles || resolution < 2) break;
     }
     if (!surface.report.reason.empty())
@@ -182,12 +186,13 @@ std::string level_text(const Surface& surface) {
                        surface.report.certified ? ", certified" : "");
 }
 
-Json page_data(const ThinShell& shell, const ViewOptions& options) {
+Json page_data(const ThinShell& shell, const ViewOptions& options, const Progress& progress) {
+    Parts parts(progress);
     const ShellInfo& info = shell.info();
     const Vec3 centre = 0.5 * (info.root.min + info.root.max);
     Json notes = Json::array();
-    const Surface outer = page_surface(shell, SurfaceSide::outer, options, notes);
-    const Surface inner = page_surface(shell, SurfaceSide::inner, options, notes);
+    const Surface outer = page_surface(shell, SurfaceSide::outer, options, notes, parts);
+    const Surface inner = page_surface(shell, SurfaceSide::inner, options, notes, parts);
     const Mesh mesh = cluster(shell.mesh(), options.max_triangles);
     const std::string triangles = picture::count_text(shell.mesh().triangles.size()) + " triangles";
     const bool whole = mesh.triangles.size() == shell.mesh().triangles.size();
@@ -224,8 +229,9 @@ bool has_view() {
 
 std::string view_page(const ThinShell& shell, const ViewOptions& options) {
     check(options);
-    return with_threads(options.run.threads, [&] {
-        std::string data = page_data(shell, options).dump(-1, ' ', false, Json::error_handler_t::replace);
+    return run_call(options.run, "page", [&](const Progress& progress) {
+        std::string data =
+            page_data(shell, options, progress).dump(-1, ' ', false, Json::error_handler_t::replace);
         // Within a script element, "</script" and "<!--" would end or change it; < is written as an escape.
         for (std::size_t at = data.find('<'); at != std::string::npos; at = data.find('<', at + 1))
             data.replace(at, 1, "\\u003c");

@@ -9,6 +9,7 @@
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
+#include "shell/access.h"
 
 namespace its::picture {
 namespace {
@@ -84,7 +85,7 @@ class Samples {
 public:
     Samples(const ThinShell& shell, const Plane& plane, const View& view, int begin, int end)
         : begin_(begin - 1), stride_(view.rect.width + 2) {
-        Probe f(shell.data());
+        Probe f(shell::Access::data(shell));
         value_.reserve(std::size_t(end + 1 - begin_) * std::size_t(stride_));
         for (int y = begin_; y < end + 1; ++y)
             for (int x = -1; x <= view.rect.width; ++x)

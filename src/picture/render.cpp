@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "its/inspect.h"
 #include "its/picture.h"
 #include "its/surface.h"
@@ -194,13 +195,16 @@ void write_key(const Pen& pen, const Panel& panel, const std::vector<std::pair<c
     pen.type.write(pen.image, panel.text, {panel.rect.x + margin * pen.unit, y}, 0.9 * size, pale_ink);
 }
 
-Model make_model(const ThinShell& shell, const RenderOptions& options) {
+Model make_model(const ThinShell& shell, const RenderOptions& options, Parts& parts) {
     const ShellInfo& info = shell.info();
     const Frame frame{0.5 * (info.root.min + info.root.max), info.scale, options.up};
-    const auto surface = [&](SurfaceSide side) {
-        return extract_surface(shell, {.side = side, .resolution = options.resolution, .run = options.run});
+    const auto surface = [&](SurfaceSide side, double until) {
+        return extract_surface(shell,
+                               {.side = side,
+                                .resolution = options.resolution,
+                                .run = {.threads = options.run.threads, .progress = parts.until(until)}});
     };
-    const Surface outer = surface(SurfaceSide::outer), inner = surface(SurfaceSide::inner);
+    const Surface outer = surface(SurfaceSide::outer, 0.1), inner = surface(SurfaceSide::inner, 0.2);
     return {shell,
             frame,
             make_body(outer.mesh, frame, outer_paint),
@@ -239,7 +243,7 @@ std::vector<Panel> make_panels(const Model& model, const RayScene& mesh, const R
     return panels;
 }
 
-Image draw(const Model& model, const RenderOptions& options) {
+Image draw(const Model& model, const RenderOptions& options, Parts& parts) {
     RayScene mesh_rays;
     mesh_rays.add(model.mesh.mesh);
     mesh_rays.commit();
@@ -253,13 +257,14 @@ Image draw(const Model& model, const RenderOptions& options) {
     const double floor = extent_along(model.outer.mesh, {0, 0, 1}).low;
     const double key = radians(options.azimuth - key_azimuth);
     const Vec3 key_light = (1 / std::hypot(1, key_height)) * Vec3{std::cos(key), std::sin(key), key_height};
+    double done = 0.2;
     for (const Panel& panel : make_panels(model, mesh_rays, options, layout(width, height, print))) {
         PixelRect rect = panel.rect;
         rect.height -= int(label_height * pen.unit);
         const Studio studio(panel.exhibits, key_light, floor, floor_reach);
         Camera fitted = fit(camera, print, rect, frame_margin);
         draw_studio(image, panel.title.empty() ? panel.rect : rect, studio, fitted, options.samples,
-                    options.run.progress, "render");
+                    parts.until(done += panel.title.empty() ? 0.5 : 0.1), "render");
         if (panel.title.empty()) {
             write_key(pen, panel, key_entries(model));
         } else {
@@ -273,7 +278,11 @@ Image draw(const Model& model, const RenderOptions& options) {
 
 Image render(const ThinShell& shell, const RenderOptions& options) {
     check(options);
-    return with_threads(options.run.threads, [&] { return draw(make_model(shell, options), options); });
+    return run_call(options.run, "render", [&](const Progress& progress) {
+        Parts parts(progress);
+        const Model model = make_model(shell, options, parts);
+        return draw(model, options, parts);
+    });
 }
 
 }  // namespace its

@@ -1,4 +1,5 @@
 #include "picture/section.h"
+#include "mesh/arrays.h"
 
 #include <algorithm>
 #include <bit>
@@ -25,7 +26,7 @@ Plane normal_plane(const Vec3& normal) {
     return plane;
 }
 
-Box extent(const Mesh& mesh, const Plane& plane) {
+Box extent(const mesh::Arrays& mesh, const Plane& plane) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     Box box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
     for (const Triangle& t : mesh.triangles)
@@ -40,7 +41,7 @@ Box extent(const Mesh& mesh, const Plane& plane) {
     return box;
 }
 
-std::vector<Segment> mesh_section(const Mesh& mesh, const Plane& plane, double middle) {
+std::vector<Segment> mesh_section(const mesh::Arrays& mesh, const Plane& plane, double middle) {
     const bool ties_above = plane.offset > middle;
     const auto height = [&](std::uint32_t v) { return plane.height(mesh.vertices[v]); };
     const auto above = [&](std::uint32_t v) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 #include "picture/canvas.h"
 #include "shell/shell_data.h"
 
@@ -29,12 +30,12 @@ Plane axis_plane(int axis);
 Plane normal_plane(const Vec3& normal);
 
 /// The extent of the mesh's triangles along the plane's axes: x right, y up, z the height.
-Box extent(const Mesh& mesh, const Plane& plane);
+Box extent(const mesh::Arrays& mesh, const Plane& plane);
 
 /// The mesh's section, one segment for each triangle that the plane cuts, in mesh units and in the order of the
 /// triangles. The plane is taken as displaced infinitesimally towards `middle`, a height, so that a face in the
 /// plane shows as its outline.
-std::vector<Segment> mesh_section(const Mesh& mesh, const Plane& plane, double middle);
+std::vector<Segment> mesh_section(const mesh::Arrays& mesh, const Plane& plane, double middle);
 
 /// A leaf of the octree that the plane cuts: a convex polygon of 3 to 6 corners, in mesh units.
 struct CellSection {

@@ -7,15 +7,17 @@
 #include <string_view>
 #include <vector>
 
-#include "base/parallel.h"
+#include "base/progress.h"
 #include "its/inspect.h"
 #include "its/picture.h"
+#include "mesh/arrays.h"
 #include "mesh/require.h"
 #include "octree/lattice.h"
 #include "picture/legend.h"
 #include "picture/plot.h"
 #include "picture/section.h"
 #include "picture/text.h"
+#include "shell/access.h"
 
 namespace its {
 using namespace picture;
@@ -37,7 +39,6 @@ constexpr double contour_spacing = 0.05;  // of s
 constexpr double inset_thicknesses = 5, inset_cells = 2.5;
 
 void check(const SliceOptions& options) {
-    if (options.mesh) mesh::require_usable(*options.mesh);
     if (options.normal && (!finite(*options.normal) || *options.normal == Vec3{}))
         throw OptionError("the normal of the plane must be finite and not zero");
     if (options.through && !finite(*options.through))
@@ -176,11 +177,12 @@ Image draw(const ThinShell& shell, const SliceOptions& options) {
     const Box box = extent(shell.mesh(), facing);
     const Plane plane = place(facing, box, options);
     const PlaneText text = describe(plane, box, options);
-    const Mesh& mesh = options.mesh ? *options.mesh : shell.mesh();
+    const mesh::Native mesh(options.mesh ? *options.mesh : shell.mesh_view());
+    mesh::require_usable(mesh);
     const Scene scene{shell,
                       plane,
                       mesh_section(mesh, plane, 0.5 * box.min.z + 0.5 * box.max.z),
-                      cell_section(shell.data(), plane),
+                      cell_section(shell::Access::data(shell), plane),
                       {}};
     const Window window = choose_window(box, info.scale);
 
@@ -226,7 +228,7 @@ Image draw(const ThinShell& shell, const SliceOptions& options) {
 
 Image slice(const ThinShell& shell, const SliceOptions& options) {
     check(options);
-    return with_threads(options.run.threads, [&] { return draw(shell, options); });
+    return run_call(options.run, "slice", [&](const Progress&) { return draw(shell, options); });
 }
 
 }  // namespace its

@@ -8,6 +8,7 @@
 #include "geometry/vec3.h"
 #include "its/inspect.h"
 #include "its/query.h"
+#include "query/access.h"
 #include "query/decide.h"
 #include "query/evaluate.h"
 
@@ -238,16 +239,16 @@ void for_blocks(std::uint64_t count, const Run& run, const Answer& answer) {
 void Query::classify(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run) const {
     check_sizes(points.size(), out.size());
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
-        sides_of_block(*index_, points.data() + begin, count, out.data() + begin);
+        sides_of_block(data_->index, points.data() + begin, count, out.data() + begin);
     });
 }
 
 void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run) const {
     check_sizes(points.size(), out.size());
-    const ShellInfo& info = shell_.info();
+    const ShellInfo& info = data_->shell.info();
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         double f[block_points];
-        value_block(*index_, points.data() + begin, count, f);
+        value_block(data_->index, points.data() + begin, count, f);
         for (int i = 0; i < count; ++i)
             out[begin + std::uint64_t(i)] = std::isnan(f[i]) ? not_finite : std::int8_t(shell_side(info, f[i]));
     });
@@ -256,10 +257,10 @@ void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> 
 void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out,
                            const ClosestSides& closest, const Run& run) const {
     check_sizes(points.size(), out.size());
-    const ShellInfo& info = shell_.info();
+    const ShellInfo& info = data_->shell.info();
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         double f[block_points];
-        value_block(*index_, points.data() + begin, count, f);
+        value_block(data_->index, points.data() + begin, count, f);
         for (int i = 0; i < count; ++i) {
             std::int8_t& code = out[begin + std::uint64_t(i)];
             code = std::isnan(f[i]) ? not_finite : std::int8_t(shell_side(info, f[i]));
@@ -272,7 +273,7 @@ void Query::classify_shell(std::span<const Vec3> points, std::span<std::int8_t> 
 void Query::value(std::span<const Vec3> points, std::span<double> out, const Run& run) const {
     check_sizes(points.size(), out.size());
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
-        value_block(*index_, points.data() + begin, count, out.data() + begin);
+        value_block(data_->index, points.data() + begin, count, out.data() + begin);
     });
 }
 
@@ -280,23 +281,23 @@ void Query::gradient(std::span<const Vec3> points, std::span<Vec3> out, const Ru
     check_sizes(points.size(), out.size());
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         for (std::uint64_t i = begin; i < begin + std::uint64_t(count); ++i)
-            out[i] = field_gradient(*index_, points[i]);
+            out[i] = field_gradient(data_->index, points[i]);
     });
 }
 
 void Query::signed_distance_bound(std::span<const Vec3> points, std::span<Interval> out, const Run& run) const {
     check_sizes(points.size(), out.size());
-    require_distances(shell_.info());
+    require_distances(data_->shell.info());
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         std::int8_t code[block_points];
-        sides_of_block(*index_, points.data() + begin, count, code);
+        sides_of_block(data_->index, points.data() + begin, count, code);
         for (int i = 0; i < count; ++i) {
             const Vec3& p = points[begin + std::uint64_t(i)];
             out[begin + std::uint64_t(i)] =
                 code[i] == not_finite
                     ? Interval{nan, nan}
-                    : with_side(distance_bound(*index_, p), Side(code[i]), shell_.info().sign);
+                    : with_side(distance_bound(data_->index, p), Side(code[i]), data_->shell.info().sign);
         }
     });
 }

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/names.h"
 #include "geometry/vec3.h"
+#include "query/access.h"
 #include "query/decide.h"
 #include "query/evaluate.h"
-#include "query/index.h"
 
 namespace its {
 using namespace query;
@@ -20,19 +21,37 @@ void require_finite(const Vec3& p) {
         throw InputError(fmt::format("point ({}, {}, {}): coordinates must be finite", p.x, p.y, p.z));
 }
 
+constexpr Named<ShellSide> sides[] = {
+    {ShellSide::inside, "inside"}, {ShellSide::on_shell, "on_shell"}, {ShellSide::outside, "outside"}};
+
 }  // namespace
 
-Query::Query(ThinShell shell)
-    : shell_(std::move(shell)), index_(std::make_shared<const QueryIndex>(shell_.data())) {}
+std::string_view name(ShellSide side) {
+    return name_in(sides, side);
+}
+
+std::optional<ShellSide> parse_shell_side(std::string_view name) {
+    return value_in(sides, name);
+}
+
+const QueryIndex& query::Access::index(const Query& query) {
+    return query.data_->index;
+}
+
+Query::Query(const ThinShell& shell) : data_(std::make_shared<const Data>(shell)) {}
+
+const ThinShell& Query::shell() const {
+    return data_->shell;
+}
 
 Side Query::classify(const Vec3& point) const {
-    const QueryIndex& index = *index_;
+    const QueryIndex& index = data_->index;
     const Vec3 u = index.to_lattice(point);
     if (!index.in_root(u)) {
         require_finite(point);
         return Side::outside;
     }
-    if (!constant_off_surface(shell_.info().sign))
+    if (!constant_off_surface(data_->shell.info().sign))
         return side_by_sign_of_field(index, point, field_value(index, point));
     const octree::Cell finest = finest_cell(u);
     const std::uint32_t entry = index.top[index.top_index(finest)];
@@ -45,7 +64,7 @@ Side Query::classify(const Vec3& point) const {
 
 ShellSide Query::classify_shell(const Vec3& point) const {
     require_finite(point);
-    return shell_side(shell_.info(), value(point));
+    return shell_side(data_->shell.info(), value(point));
 }
 
 Side Query::classify_shell(const Vec3& point, const ClosestSides& closest) const {
@@ -54,21 +73,21 @@ Side Query::classify_shell(const Vec3& point, const ClosestSides& closest) const
 }
 
 double Query::value(const Vec3& point) const {
-    return field_value(*index_, point);
+    return field_value(data_->index, point);
 }
 
 Vec3 Query::gradient(const Vec3& point) const {
-    return field_gradient(*index_, point);
+    return field_gradient(data_->index, point);
 }
 
 Interval Query::signed_distance_bound(const Vec3& point) const {
     require_finite(point);
-    require_distances(shell_.info());
-    return with_side(distance_bound(*index_, point), classify(point), shell_.info().sign);
+    require_distances(data_->shell.info());
+    return with_side(distance_bound(data_->index, point), classify(point), data_->shell.info().sign);
 }
 
 std::uint64_t Query::memory_bytes() const {
-    return index_->memory_bytes();
+    return data_->index.memory_bytes();
 }
 
 }  // namespace its

@@ -8,6 +8,7 @@
 #include "geometry/vec3.h"
 #include "its/memory.h"
 #include "its/shell.h"
+#include "mesh/arrays.h"
 #include "octree/lattice.h"
 
 namespace its::shell {
@@ -53,7 +54,7 @@ double length_by_axes(const Vec3& v) {
 
 }  // namespace
 
-MeshMeasure measure(const Mesh& mesh) {
+MeshMeasure measure(const mesh::Arrays& mesh) {
     const double scale = octree::make_lattice(octree::bounds(mesh), 0).width;
     std::vector<MeshMeasure> parts(chunk_count(mesh.triangles.size(), triangle_grain));
     for_chunks(mesh.triangles.size(), triangle_grain,
@@ -107,11 +108,11 @@ BuildSize estimate_size(const MeshMeasure& mesh, int depth) {
             whole(expected_pairs(mesh, depth))};
 }
 
-BuildSize estimate_size(const Mesh& mesh, int depth) {
+BuildSize estimate_size(const mesh::Arrays& mesh, int depth) {
     return estimate_size(measure(mesh), depth);
 }
 
-MemoryBudget::MemoryBudget(const Mesh& mesh, int depth, std::uint64_t options_limit)
+MemoryBudget::MemoryBudget(const mesh::Arrays& mesh, int depth, std::uint64_t options_limit)
     : mesh_(measure(mesh)), depth_(depth), limit_(memory_limit(options_limit)) {}
 
 void MemoryBudget::check(const BuildSize& size) const {
@@ -138,7 +139,7 @@ void MemoryBudget::check_level(int level, std::uint64_t cells, std::uint64_t pai
     check({mesh_.triangles, finest / 8, finest, std::max(grown(pairs, here.pairs, below.pairs), finest)});
 }
 
-int automatic_depth(const Mesh& mesh, std::uint64_t options_limit) {
+int automatic_depth(const mesh::Arrays& mesh, std::uint64_t options_limit) {
     const std::uint64_t limit = memory_limit(options_limit);
     // Triangles per cell fall by 2 to 4 a level: take the last depth that still holds that many.
     const MeshMeasure measured = measure(mesh);

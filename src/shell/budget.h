@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 
 /// How much memory a build takes, before it takes it.
 namespace its::shell {
@@ -25,7 +25,7 @@ struct MeshMeasure {
     double extent = 0;   ///< along the three axes
     double needles = 0;  ///< the same of triangles that are much longer than wide
 };
-MeshMeasure measure(const Mesh& mesh);
+MeshMeasure measure(const mesh::Arrays& mesh);
 
 /// The expected size at a depth. A convex piece of a plane meets 1 + E + A cells of a lattice whose position is
 /// random, E the sum of its extents along the axes and A that of the areas of its shadows along them, lengths
@@ -33,13 +33,13 @@ MeshMeasure measure(const Mesh& mesh);
 /// cell share it: a surface without boundary meets A cells, up to its curvature, threads of needles E, both up
 /// to 8 more, and nothing more than the pairs. Each group has a cell as its parent that is met.
 BuildSize estimate_size(const MeshMeasure& mesh, int depth);
-BuildSize estimate_size(const Mesh& mesh, int depth);
+BuildSize estimate_size(const mesh::Arrays& mesh, int depth);
 
 /// Refuses builds that would take more than `limit` bytes.
 class MemoryBudget {
 public:
     /// \param options_limit  bytes, or 0 for three quarters of what is free
-    MemoryBudget(const Mesh& mesh, int depth, std::uint64_t options_limit);
+    MemoryBudget(const mesh::Arrays& mesh, int depth, std::uint64_t options_limit);
 
     /// \throws MemoryError if a build of this size exceeds the limit
     void check(const BuildSize& size) const;
@@ -58,6 +58,6 @@ private:
 };
 
 /// The depth at which a surface cell holds about four triangles, and that fits into `options_limit`.
-int automatic_depth(const Mesh& mesh, std::uint64_t options_limit);
+int automatic_depth(const mesh::Arrays& mesh, std::uint64_t options_limit);
 
 }  // namespace its::shell

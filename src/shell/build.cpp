@@ -5,12 +5,17 @@
 #include <tuple>
 #include <utility>
 
+#include "base/names.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "distance/grid_distance.h"
 #include "field/lscg.h"
 #include "inspect/inspect.h"
 #include "its/inspect.h"
+#include "mesh/arrays.h"
+#include "mesh/require.h"
 #include "octree/voxelise.h"
+#include "shell/access.h"
 #include "shell/budget.h"
 #include "shell/extremes.h"
 #include "shell/shell_data.h"
@@ -26,9 +31,13 @@ constexpr std::uint64_t vertex_grain = 16384;
 constexpr double lscg_tolerance =
     1e-12;  // max |f(g) − D(g)| relative to max |D|: reached in some 40 iterations
 
+void check_depth(int depth) {
+    if (depth < 0 || depth > max_depth)
+        throw OptionError(fmt::format("depth {}: must be 0 to {}", depth, max_depth));
+}
+
 void check_options(const BuildOptions& options) {
-    if (options.depth && (*options.depth < 0 || *options.depth > max_depth))
-        throw OptionError(fmt::format("depth {}: must be 0 to {}", *options.depth, max_depth));
+    if (options.depth) check_depth(*options.depth);
     require_threads(options.run.threads);
 }
 
@@ -39,17 +48,19 @@ std::pair<SignRule, std::string> choose_sign(const MeshReport& report, const Bui
     if (*options.sign == SignRule::winding && report.unbalanced_edges > 0)
         throw OptionError(fmt::format(
             "sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its "
-            "inside is not defined; use auto, generalized or unsigned, or close and orient the mesh",
+            "inside is not defined; take generalized, unsigned, or the rule that suits the mesh, or close "
+            "and orient it",
             report.unbalanced_edges));
     if (*options.sign == SignRule::even_odd && report.odd_edges > 0)
-        throw OptionError(
-            fmt::format("sign rule even-odd: {} edges of the mesh have an odd number of triangles, so that its "
-                        "inside is not defined; use auto, generalized or unsigned, or close the mesh",
-                        report.odd_edges));
+        throw OptionError(fmt::format(
+            "sign rule even-odd: {} edges of the mesh have an odd number of triangles, so that its "
+            "inside is not defined; take generalized, unsigned, or the rule that suits the mesh, or "
+            "close it",
+            report.odd_edges));
     return {*options.sign, "asked for"};
 }
 
-std::vector<Vec3> lattice_positions(const Mesh& mesh, const octree::Lattice& lattice) {
+std::vector<Vec3> lattice_positions(const mesh::Arrays& mesh, const octree::Lattice& lattice) {
     std::vector<Vec3> positions(mesh.vertices.size());
     parallel_for(positions.size(), vertex_grain,
                  [&](std::uint64_t i) { positions[i] = lattice.to_lattice(mesh.vertices[i]); });
@@ -98,105 +109,122 @@ ShellInfo describe(const ShellData& shell, const MeshReport& report) {
     return info;
 }
 
+/// How far a build's progress is after each phase; typical of models of 30,000 to 200,000 triangles at depth 7
+/// to 9.
+struct Shares {
+    double octree = 0.2, signs = 0.25, distance = 0.75, sides = 0.77, field = 0.77;
+};
+
+Shares shares_of(SignRule rule, Solver solver) {
+    if (solver == Solver::lscg) return {0.02, 0.04, 0.1, 0.12, 0.95};
+    if (rule == SignRule::generalized) return {0.15, 0.35, 0.7, 0.82, 0.82};
+    return {};
+}
+
 /// One build, phase by phase. Each phase takes what it needs from those before and frees what none after needs.
 class Builder {
 public:
-    Builder(const Mesh& mesh, const BuildOptions& options)
+    Builder(const mesh::Arrays& mesh, const BuildOptions& options, const Progress& progress)
         : mesh_(mesh),
           options_(options),
+          parts_(progress),
           inspection_(inspector::examine(mesh)),  // throws on what is no mesh
           depth_(options.depth ? *options.depth : automatic_depth(mesh, options.max_memory)),
           budget_(mesh, depth_, options.max_memory) {
         std::tie(sign_, sign_reason_) = choose_sign(inspection_.report, options);
+        shares_ = shares_of(sign_, options.solver);
         budget_.check_expected();
-        shell_->lattice = octree::make_lattice(inspection_.report.bounds, depth_);
-        positions_ = lattice_positions(mesh, shell_->lattice);
-        oriented_ = options.sign ? mesh : inspector::turned(mesh, inspection_.turn);
+        shell_.lattice = octree::make_lattice(inspection_.report.bounds, depth_);
+        positions_ = lattice_positions(mesh, shell_.lattice);
+        oriented_ = mesh::copy_of(mesh);
+        if (!options.sign) oriented_ = inspector::turned(std::move(oriented_), inspection_.turn);
     }
 
     void find_cells() {
         const Stopwatch octree_time;
-        voxels_ =
-            octree::voxelise(positions_, mesh_.triangles, depth_, shell_->lattice.dilation(),
-                             options_.run.progress, [&](int level, std::uint64_t cells, std::uint64_t pairs) {
-                                 budget_.check_level(level, cells, pairs);
-                             });
-        times_.octree = octree_time.seconds();
+        voxels_ = octree::voxelise(positions_, mesh_.triangles, depth_, shell_.lattice.dilation(),
+                                   parts_.until(shares_.octree),
+                                   [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+                                       budget_.check_level(level, cells, pairs);
+                                   });
+        seconds_.octree = octree_time.seconds();
 
         const Stopwatch sign_time;
-        signs_.emplace(sign_, oriented_, shell_->lattice, voxels_, options_.run.progress);
-        times_.signs = sign_time.seconds();
+        signs_.emplace(sign_, oriented_, shell_.lattice, voxels_, parts_.until(shares_.signs));
+        seconds_.signs = sign_time.seconds();
 
         const Stopwatch tree_time;
-        shell_->octree = octree::make_octree(depth_, voxels_.cell);
+        shell_.octree = octree::make_octree(depth_, voxels_.cell);
         std::vector<std::uint64_t>().swap(voxels_.cell);
-        budget_.check({mesh_.triangles.size(), groups_of(shell_->octree), shell_->octree.surface_cells(),
+        budget_.check({mesh_.triangles.size(), groups_of(shell_.octree), shell_.octree.surface_cells(),
                        voxels_.triangle.size()});
-        times_.octree += tree_time.seconds();
+        seconds_.octree += tree_time.seconds();
     }
 
     void find_distances() {
         const Stopwatch distance_time;
-        distance_ =
-            distance::grid_distances(shell_->octree, positions_, mesh_.triangles, options_.run.progress);
-        times_.distance = distance_time.seconds();
+        distance_ = distance::grid_distances(shell_.octree, positions_, mesh_.triangles,
+                                             parts_.until(shares_.distance));
+        seconds_.distance = distance_time.seconds();
 
         const Stopwatch sign_time;
-        shell_->sides = signs_->apply(shell_->octree, distance_, options_.run.progress);
+        shell_.sides = signs_->apply(shell_.octree, distance_, parts_.until(shares_.sides));
         signs_.reset();
-        times_.signs += sign_time.seconds();
-        times_.distance += times_.signs;
+        seconds_.signs += sign_time.seconds();
+        seconds_.distance += seconds_.signs;
     }
 
     void find_field() {
         const Stopwatch time;
-        shell_->field = field::solve_direct(std::move(distance_));
+        shell_.field = field::solve_direct(std::move(distance_));
         if (options_.solver == Solver::lscg)
-            shell_->field = field::solve_lscg(shell_->octree, shell_->field, lscg_tolerance,
-                                              options_.run.progress, nullptr);
-        times_.field = time.seconds();
+            shell_.field = field::solve_lscg(shell_.octree, shell_.field, lscg_tolerance,
+                                             parts_.until(shares_.field), nullptr);
+        seconds_.field = time.seconds();
     }
 
     void find_bounds() {
         const Stopwatch time;
         Extremes extremes =
-            find_extremes(shell_->lattice, shell_->octree, shell_->field, positions_, mesh_.triangles,
-                          voxels_.offset, voxels_.triangle, options_.extrema, options_.run.progress);
-        shell_->surface.lower = std::move(extremes.cell_lower);
-        shell_->surface.upper = std::move(extremes.cell_upper);
-        shell_->surface.lists = pack_lists(shell_->octree.levels[0], voxels_.offset, voxels_.triangle);
+            find_extremes(shell_.lattice, shell_.octree, shell_.field, positions_, mesh_.triangles,
+                          voxels_.offset, voxels_.triangle, options_.extrema, parts_.until(1));
+        shell_.surface.lower = std::move(extremes.cell_lower);
+        shell_.surface.upper = std::move(extremes.cell_upper);
+        shell_.surface.lists = pack_lists(shell_.octree.levels[0], voxels_.offset, voxels_.triangle);
         // A convex M may have f > 0 on all of it: the shell is the hull with 0.
-        shell_->epsilon_inner = sign_ == SignRule::unsigned_rule ? 0.0 : std::min(extremes.lower, 0.0);
-        shell_->epsilon_outer = std::max(extremes.upper, 0.0);
-        rounding_ = shell_->lattice.width * extremes.rounding;
-        times_.extrema = time.seconds();
+        shell_.epsilon_inner = sign_ == SignRule::unsigned_rule ? 0.0 : std::min(extremes.lower, 0.0);
+        shell_.epsilon_outer = std::max(extremes.upper, 0.0);
+        rounding_ = shell_.lattice.width * extremes.rounding;
+        seconds_.extrema = time.seconds();
     }
 
     ThinShell finish() {
-        shell_->mesh = {std::move(oriented_.vertices), std::move(oriented_.triangles)};
-        shell_->info = describe(*shell_, inspection_.report);
-        shell_->info.sign = sign_;
-        shell_->info.sign_reason = sign_reason_;
-        shell_->info.extrema = options_.extrema;
-        shell_->info.solver = options_.solver;
-        shell_->info.rounding = rounding_;
-        shell_->info.input_hash = input_hash(mesh_, options_);
-        return ThinShell(std::move(shell_));
+        shell_.mesh = {std::move(oriented_.vertices), std::move(oriented_.triangles)};
+        shell_.info = describe(shell_, inspection_.report);
+        shell_.info.sign = sign_;
+        shell_.info.sign_reason = sign_reason_;
+        shell_.info.extrema = options_.extrema;
+        shell_.info.solver = options_.solver;
+        shell_.info.rounding = rounding_;
+        shell_.info.input_hash = input_hash(mesh_.view(), options_);
+        seconds_.total = total_.seconds();
+        return Access::make(std::move(shell_), seconds_);
     }
 
-    const BuildTimes& times() const { return times_; }
-
 private:
-    const Mesh& mesh_;
+    const Stopwatch total_;
+    mesh::Arrays mesh_;
     const BuildOptions& options_;
+    Parts parts_;
+    Shares shares_;
     inspector::Inspection inspection_;
     int depth_;
     MemoryBudget budget_;
     SignRule sign_ = SignRule::unsigned_rule;
     std::string sign_reason_;
-    BuildTimes times_;
+    BuildSeconds seconds_;
 
-    std::shared_ptr<ShellData> shell_ = std::make_shared<ShellData>();
+    ShellData shell_;
     Mesh oriented_;  ///< the mesh, some triangles turned around where the sign rule was left to us
     std::vector<Vec3> positions_;  ///< of its vertices, in lattice coordinates
     octree::Voxels voxels_;
@@ -205,28 +233,48 @@ private:
     double rounding_ = 0;
 };
 
+constexpr Named<Extrema> extremas[] = {{Extrema::certified, "certified"}, {Extrema::candidates, "candidates"}};
+constexpr Named<Solver> solvers[] = {{Solver::direct, "direct"}, {Solver::lscg, "lscg"}};
+
 }  // namespace
 
-ThinShell build(const Mesh& mesh, const BuildOptions& options, BuildTimes* times) {
+std::string_view name(Extrema extrema) {
+    return name_in(extremas, extrema);
+}
+
+std::optional<Extrema> parse_extrema(std::string_view name) {
+    return value_in(extremas, name);
+}
+
+std::string_view name(Solver solver) {
+    return name_in(solvers, solver);
+}
+
+std::optional<Solver> parse_solver(std::string_view name) {
+    return value_in(solvers, name);
+}
+
+ThinShell build(const MeshView& mesh, const BuildOptions& options) {
     check_options(options);
-    return with_threads(options.run.threads, [&] {
-        const Stopwatch total;
-        Builder builder(mesh, options);
+    return run_call(options.run, "mesh", [&](const Progress& progress) {
+        const mesh::Native native(mesh);
+        Builder builder(native, options, progress);
         builder.find_cells();
         builder.find_distances();
         builder.find_field();
         builder.find_bounds();
-        ThinShell shell = builder.finish();
-        if (times) {
-            *times = builder.times();
-            times->total = total.seconds();
-        }
-        return shell;
+        return builder.finish();
     });
 }
 
-std::uint64_t estimate_memory(const Mesh& mesh, int depth, const Run& run) {
-    return with_threads(run.threads, [&] { return build_bytes(estimate_size(mesh, depth)); });
+std::uint64_t estimate_memory(const MeshView& mesh, int depth, const Run& run) {
+    check_depth(depth);
+    return with_threads(run.threads, [&] {
+        const mesh::Native native(mesh);
+        mesh::require_usable(native);
+        (void)octree::make_lattice(octree::bounds(native), depth);  // throws where build() would
+        return build_bytes(estimate_size(native, depth));
+    });
 }
 
 }  // namespace its

@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "base/platform/compiler.h"
+#include "base/progress.h"
 #include "base/rounding.h"
 #include "geometry/bernstein.h"
 #include "geometry/clip.h"
@@ -368,18 +369,19 @@ Extremes find_extremes(const octree::Lattice& lattice, const octree::Octree& oct
                        Extrema method, const Progress& progress) {
     const Surface surface(lattice, octree, field, positions, triangles, offset, triangle);
     std::vector<double> lower(surface.cells()), upper(surface.cells());
-    Pass pass = bound_cells(surface, lower, upper, progress);
+    Parts parts(progress);
+    Pass pass = bound_cells(surface, lower, upper, parts.until(method == Extrema::certified ? 0.8 : 0.1));
 
     Extremes result{.lower = infinity, .upper = -infinity, .rounding = 0, .cell_lower = {}, .cell_upper = {}};
     result.rounding = rounding_error(pass.steepness, surface.displacement());
     if (method == Extrema::certified) {
-        branch_and_bound(surface, lower, upper, pass.least, pass.most, progress);
+        branch_and_bound(surface, lower, upper, pass.least, pass.most, parts.until(1));
         for (std::uint64_t c = 0; c < lower.size(); ++c) {
             result.lower = std::min(result.lower, lower[c]);
             result.upper = std::max(result.upper, upper[c]);
         }
     } else {
-        paper_extremes(surface, result.lower, result.upper, progress);
+        paper_extremes(surface, result.lower, result.upper, parts.until(1));
     }
     result.lower -= result.rounding;
     result.upper += result.rounding;

@@ -6,10 +6,13 @@
 
 #include "its/shell.h"
 #include "its/version.h"
+#include "mesh/arrays.h"
 
 namespace its {
 
-std::array<std::uint64_t, 2> input_hash(const Mesh& mesh, const BuildOptions& options) {
+std::array<std::uint64_t, 2> input_hash(const MeshView& view, const BuildOptions& options) {
+    const mesh::Native native(view);
+    const mesh::Arrays& mesh = native;
     constexpr std::uint64_t automatic = ~std::uint64_t{0};
     // Everything that build() makes a difference of; the memory only where it may limit the depth.
     const std::uint64_t numbers[] = {

@@ -6,7 +6,7 @@
 #include "base/parallel.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
-#include "shell/shell_data.h"
+#include "shell/access.h"
 
 namespace its {
 using namespace shell;
@@ -24,41 +24,58 @@ Vec3 local(const field::TrilinearCell& cell, const Vec3& u) {
 
 }  // namespace
 
-/// What is made at the first call that asks for it.
-struct ThinShell::Lazy {
-    std::once_flag mesh_made;
-    Mesh mesh;
+struct ThinShell::Data {
+    Data(ShellData arrays, const BuildSeconds& build_seconds)
+        : shell(std::move(arrays)), seconds(build_seconds) {}
+
+    ShellData shell;
+    BuildSeconds seconds;
+    mutable std::once_flag copied;
+    mutable Mesh copy;  ///< of the mesh, made at the first call that asks for it
 };
 
-ThinShell::ThinShell(std::shared_ptr<const ShellData> data)
-    : data_(std::move(data)), lazy_(std::make_shared<Lazy>()) {}
+ThinShell shell::Access::make(ShellData data, const BuildSeconds& seconds) {
+    return ThinShell(std::make_shared<const ThinShell::Data>(std::move(data), seconds));
+}
+
+const ShellData& shell::Access::data(const ThinShell& shell) {
+    return shell.data_->shell;
+}
+
+ThinShell::ThinShell(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
 
 const ShellInfo& ThinShell::info() const {
-    return data_->info;
+    return data_->shell.info;
 }
+
+const BuildSeconds& ThinShell::build_seconds() const {
+    return data_->seconds;
+}
+
+MeshView ThinShell::mesh_view() const {
+    const MeshArrays& mesh = data_->shell.mesh;
+    return {ArrayView(std::span(mesh.vertices)), ArrayView(std::span(mesh.triangles))};
+}
+
 const Mesh& ThinShell::mesh() const {
-    std::call_once(lazy_->mesh_made, [&] {
-        const MeshArrays& mesh = data_->mesh;
-        lazy_->mesh = {{mesh.vertices.begin(), mesh.vertices.end()},
-                       {mesh.triangles.begin(), mesh.triangles.end()}};
-    });
-    return lazy_->mesh;
+    std::call_once(data_->copied, [&] { data_->copy = to_mesh(mesh_view()); });
+    return data_->copy;
 }
 
 double ThinShell::value(const Vec3& point) const {
     if (!finite(point)) return std::numeric_limits<double>::quiet_NaN();
-    const Vec3 u = data_->lattice.to_lattice(point);
-    const Vec3 in = clamped(u, data_->lattice.cells());
-    const field::TrilinearCell cell = field::locate(data_->octree, data_->field, in);
-    return data_->lattice.width * (geometry::trilinear(cell.value, local(cell, in)) + norm(u - in));
+    const Vec3 u = data_->shell.lattice.to_lattice(point);
+    const Vec3 in = clamped(u, data_->shell.lattice.cells());
+    const field::TrilinearCell cell = field::locate(data_->shell.octree, data_->shell.field, in);
+    return data_->shell.lattice.width * (geometry::trilinear(cell.value, local(cell, in)) + norm(u - in));
 }
 
 Vec3 ThinShell::gradient(const Vec3& point) const {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     if (!finite(point)) return {nan, nan, nan};
-    const Vec3 u = data_->lattice.to_lattice(point);
-    const Vec3 in = clamped(u, data_->lattice.cells());
-    const field::TrilinearCell cell = field::locate(data_->octree, data_->field, in);
+    const Vec3 u = data_->shell.lattice.to_lattice(point);
+    const Vec3 in = clamped(u, data_->shell.lattice.cells());
+    const field::TrilinearCell cell = field::locate(data_->shell.octree, data_->shell.field, in);
     Vec3 gradient;
     geometry::trilinear_with_gradient(cell.value, local(cell, in), gradient);
     gradient = (1.0 / cell.width) * gradient;
@@ -73,7 +90,8 @@ Vec3 ThinShell::gradient(const Vec3& point) const {
 
 std::uint64_t ThinShell::grid_points(const Run& run) const {
     return with_threads(run.threads, [&] {
-        return data_->grid_points > 0 ? data_->grid_points : octree::count_grid_points(data_->octree);
+        return data_->shell.grid_points > 0 ? data_->shell.grid_points
+                                            : octree::count_grid_points(data_->shell.octree);
     });
 }
 

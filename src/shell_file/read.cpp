@@ -6,10 +6,12 @@
 #include <new>
 
 #include "base/input_file.h"
+#include "base/names.h"
 #include "base/parallel.h"
 #include "its/inspect.h"
 #include "its/memory.h"
 #include "its/shell_file.h"
+#include "shell/access.h"
 #include "shell/validate.h"
 #include "shell_file/format.h"
 #include "shell_file/shell_file.h"
@@ -21,7 +23,9 @@ namespace {
 
 using namespace format;
 
-constexpr const char* rebuild = "; copy it again or rebuild it with `its build`";
+constexpr Named<LoadCheck> checks[] = {{LoadCheck::full, "full"}, {LoadCheck::quick, "quick"}};
+
+constexpr const char* rebuild = "; copy it again, or build it anew";
 
 template <class... Args>
 void require(bool holds, fmt::format_string<Args...> text, Args&&... args) {
@@ -149,7 +153,7 @@ void refer_to_sections(const FileBytes& file, std::uint32_t file_version, const 
 /// plain lists. Nothing is validated yet.
 void convert_version_1(const OldArrays& old, shell::ShellData& shell) {
     require(shell.info.sign == SignRule::unsigned_rule,
-            "was written before shells knew the exact sides of their cells; rebuild it with `its build`");
+            "was written before shells knew the exact sides of their cells; build it anew");
     shell.sides = signs::no_inside(shell.octree);
     for (std::size_t k = 0; k < old.first.size(); ++k) {
         const octree::Level& level = shell.octree.levels[k];
@@ -219,12 +223,24 @@ void shell_file::mend_checksums(std::span<std::byte> bytes) {
     std::memcpy(bytes.data(), &header, sizeof(header));
 }
 
+std::string_view name(LoadCheck check) {
+    return name_in(checks, check);
+}
+
+std::optional<LoadCheck> parse_load_check(std::string_view name) {
+    return value_in(checks, name);
+}
+
 ThinShell load(const std::filesystem::path& path, const LoadOptions& options) {
     return with_threads(options.run.threads, [&] {
         const FileBytes file = options.map ? map_bytes(path) : read_bytes(path);
-        return ThinShell(
-            std::make_shared<const shell::ShellData>(read_shell(file, path.string(), options.check)));
+        return shell::Access::make(read_shell(file, path.string(), options.check));
     });
+}
+
+ThinShell decode(std::span<const std::byte> bytes, const LoadOptions& options) {
+    return with_threads(options.run.threads,
+                        [&] { return shell::Access::make(shell_file::decode(bytes, "shell", options.check)); });
 }
 
 }  // namespace its

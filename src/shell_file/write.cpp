@@ -6,6 +6,7 @@
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "its/shell_file.h"
+#include "shell/access.h"
 #include "shell_file/format.h"
 #include "shell_file/shell_file.h"
 
@@ -111,10 +112,14 @@ std::vector<std::byte> shell_file::encode(const shell::ShellData& shell) {
     return file;
 }
 
+std::vector<std::byte> encode(const ThinShell& shell, const Run& run) {
+    return with_threads(run.threads, [&] { return shell_file::encode(shell::Access::data(shell)); });
+}
+
 void save(const ThinShell& shell, const std::filesystem::path& path, const Run& run) {
     with_threads(run.threads, [&] {
         OutputFile file(path);
-        emit(shell.data(), [&](std::span<const std::byte> bytes) { file.write(bytes); });
+        emit(shell::Access::data(shell), [&](std::span<const std::byte> bytes) { file.write(bytes); });
         file.commit();
     });
 }

@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 
 namespace its::signs {
 
@@ -95,13 +97,13 @@ winding::Octants& GeneralizedSigns::octants(const Cube& cube, Scratch& scratch) 
     return out;
 }
 
-GeneralizedSigns::GeneralizedSigns(const Mesh& mesh, const octree::Lattice& lattice,
+GeneralizedSigns::GeneralizedSigns(const mesh::Arrays& mesh, const octree::Lattice& lattice,
                                    const octree::Voxels& voxels, const Progress& progress)
     : lattice_(lattice),
       filling_(mesh),
       space_(filling_),
-      mesh_lines_(mesh, lattice, voxels, progress),
-      filling_lines_(filling_.surface(), lattice, mesh_lines_, progress) {
+      mesh_lines_(mesh, lattice, voxels, Parts(progress).until(0.5)),
+      filling_lines_(filling_.surface(), lattice, mesh_lines_, Parts(progress, 0.5).until(1)) {
     const Box box = octree::bounds(mesh);
     for (int axis = 0; axis < 3; ++axis) {
         std::int64_t first = 0, last = lattice.cells();
@@ -376,11 +378,12 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 void GeneralizedSigns::find_flips(std::vector<std::uint64_t>& cells, std::vector<HolePoints::Point>& near,
                                   const Progress& progress) {
     const int top = lattice_.depth + 1;
+    Parts parts(progress);
     flips_.assign(std::size_t(top) + 1, {});
     std::vector<std::uint64_t> cubes{0};
     for (int level = top; level >= 1 && !cubes.empty(); --level) {
         const bool last = level <= 2 || cubes.size() >= many_cubes;
-        Stage stage(progress, "signs, holes", cubes.size());
+        Stage stage(last ? parts.until(1) : parts.next(0.02), "signs, holes", cubes.size());
         std::vector<Found> found(chunk_count(cubes.size(), flip_grain));
         for_chunks(cubes.size(), flip_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
             Scratch scratch(*this);
@@ -484,10 +487,11 @@ std::vector<std::uint32_t> GeneralizedSigns::find_finest(const octree::Octree& o
                                                          const Progress& progress) const {
     std::vector<std::uint32_t> bits(octree.levels[0].groups());
     std::vector<Judgement> judged(1);
+    Parts parts(progress);
     for (int level = octree.depth; level >= 0; --level) {
         const octree::Level& groups = octree.levels[std::size_t(level)];
         std::vector<Judgement> below(level > 0 ? groups.first.back() : 0);
-        Stage stage(progress, "signs", groups.groups());
+        Stage stage(parts.until(std::exp2(-2 * level)), "signs", groups.groups());
         for_chunks(groups.groups(), cube_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
             Scratch scratch(*this);
             for (std::uint64_t g = begin; g < end; ++g) {
@@ -509,14 +513,15 @@ std::vector<std::uint32_t> GeneralizedSigns::find_finest(const octree::Octree& o
 
 void GeneralizedSigns::apply(const octree::Octree& octree, std::vector<std::vector<double>>& distance,
                              const Progress& progress) const {
-    std::vector<std::uint32_t> bits = find_finest(octree, progress), below;
+    Parts parts(progress);
+    std::vector<std::uint32_t> bits = find_finest(octree, parts.until(0.8)), below;
     for (int level = 0; level <= octree.depth; ++level) {
         const octree::Level& groups = octree.levels[std::size_t(level)];
         if (level > 0) {
             below.swap(bits);
             bits.assign(groups.groups(), 0);
         }
-        Stage stage(progress, "signs, all levels", groups.groups());
+        Stage stage(parts.next(level < octree.depth ? 0.75 : 1), "signs, all levels", groups.groups());
         for_chunks(groups.groups(), cube_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
             for (std::uint64_t g = begin; g < end; ++g) {
                 if (level > 0) bits[g] = coarse_points(octree, level, g, below);

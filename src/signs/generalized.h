@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "mesh/arrays.h"
 #include "octree/lattice.h"
 #include "octree/octree.h"
 #include "octree/voxelise.h"
@@ -20,7 +21,7 @@ namespace its::signs {
 class GeneralizedSigns {
 public:
     /// \param voxels  of the same mesh and lattice
-    GeneralizedSigns(const Mesh& mesh, const octree::Lattice& lattice, const octree::Voxels& voxels,
+    GeneralizedSigns(const mesh::Arrays& mesh, const octree::Lattice& lattice, const octree::Voxels& voxels,
                      const Progress& progress);
 
     GeneralizedSigns(const GeneralizedSigns&) = delete;

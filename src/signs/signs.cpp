@@ -1,9 +1,12 @@
 #include "signs/signs.h"
+
+#include "base/progress.h"
 #include "its/inspect.h"
+#include "mesh/arrays.h"
 
 namespace its::signs {
 
-Signs::Signs(SignRule rule, const Mesh& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
+Signs::Signs(SignRule rule, const mesh::Arrays& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
              const Progress& progress)
     : rule_(rule) {
     if (rule == SignRule::unsigned_rule) return;
@@ -11,8 +14,9 @@ Signs::Signs(SignRule rule, const Mesh& mesh, const octree::Lattice& lattice, oc
         lines_.emplace(mesh, lattice, voxels, progress);
         return;
     }
-    generalized_.emplace(mesh, lattice, voxels, progress);
-    generalized_->add_flip_cells(voxels, progress);
+    Parts parts(progress);
+    generalized_.emplace(mesh, lattice, voxels, parts.until(0.2));
+    generalized_->add_flip_cells(voxels, parts.until(1));
 }
 
 CellSides Signs::apply(const octree::Octree& octree, std::vector<std::vector<double>>& distance,

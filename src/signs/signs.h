@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "its/inspect.h"
+#include "mesh/arrays.h"
 #include "signs/generalized.h"
 #include "signs/winding_lines.h"
 
@@ -14,7 +15,7 @@ namespace its::signs {
 class Signs {
 public:
     /// \param voxels  receives further finest cells, without triangles: where inside and outside meet in a hole
-    Signs(SignRule rule, const Mesh& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
+    Signs(SignRule rule, const mesh::Arrays& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
           const Progress& progress);
 
     /// Makes distances inside negative. The sides of cells are left out for the rules that have no whole

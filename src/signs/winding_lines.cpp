@@ -10,6 +10,7 @@
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
+#include "mesh/arrays.h"
 
 namespace its::signs {
 
@@ -21,8 +22,8 @@ constexpr std::uint64_t triangle_grain = 16;
 
 }  // namespace
 
-WindingLines::WindingLines(const Mesh& mesh, const octree::Lattice& lattice, const octree::Voxels& voxels,
-                           const Progress& progress) {
+WindingLines::WindingLines(const mesh::Arrays& mesh, const octree::Lattice& lattice,
+                           const octree::Voxels& voxels, const Progress& progress) {
     // Lines that can be crossed: the lowest edges of the cells.
     std::int64_t y_end = 0, z_end = 0;
     y_begin_ = z_begin_ = std::numeric_limits<std::int64_t>::max();
@@ -59,8 +60,8 @@ WindingLines::WindingLines(const Mesh& mesh, const octree::Lattice& lattice, con
     gather(found);
 }
 
-WindingLines::WindingLines(const Mesh& surface, const octree::Lattice& lattice, const WindingLines& like,
-                           const Progress& progress)
+WindingLines::WindingLines(const mesh::Arrays& surface, const octree::Lattice& lattice,
+                           const WindingLines& like, const Progress& progress)
     : y_begin_(like.y_begin_), y_count_(like.y_count_), z_begin_(like.z_begin_), z_count_(like.z_count_) {
     Stage stage(progress, "signs", surface.triangles.size());
     std::vector<std::vector<Event>> found(chunk_count(surface.triangles.size(), triangle_grain));
@@ -75,7 +76,7 @@ WindingLines::WindingLines(const Mesh& surface, const octree::Lattice& lattice, 
 
 /// Where the lattice lines through the triangle's box cross it: each by exact predicates, from a computed
 /// guess.
-void WindingLines::draw(const Mesh& surface, const Triangle& t, const octree::Lattice& lattice,
+void WindingLines::draw(const mesh::Arrays& surface, const Triangle& t, const octree::Lattice& lattice,
                         std::vector<Event>& found) const {
     const Vec3 &a = surface.vertices[t[0]], &b = surface.vertices[t[1]], &c = surface.vertices[t[2]];
     const Vec3 u = lattice.to_lattice(a), v = lattice.to_lattice(b), w = lattice.to_lattice(c);

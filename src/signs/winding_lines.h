@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "its/inspect.h"
+#include "mesh/arrays.h"
 #include "octree/lattice.h"
 #include "octree/octree.h"
 #include "octree/voxelise.h"
@@ -23,12 +24,12 @@ class WindingLines {
 public:
     /// \param voxels  of the same mesh and lattice: a lattice edge is tested against the triangles of the one
     ///                finest cell that has it as its lowest x edge, which include all that can cross it
-    WindingLines(const Mesh& mesh, const octree::Lattice& lattice, const octree::Voxels& voxels,
+    WindingLines(const mesh::Arrays& mesh, const octree::Lattice& lattice, const octree::Voxels& voxels,
                  const Progress& progress);
 
     /// The same for a mesh whose triangles are in no cells: each is drawn onto the lines that it meets.
     /// \param like  lines of the same lattice: only those that it covers are kept
-    WindingLines(const Mesh& surface, const octree::Lattice& lattice, const WindingLines& like,
+    WindingLines(const mesh::Arrays& surface, const octree::Lattice& lattice, const WindingLines& like,
                  const Progress& progress);
 
     /// Winding numbers of the three points (x, y, z), (x + step, y, z), (x + 2·step, y, z).
@@ -53,7 +54,7 @@ private:
         std::int32_t winding;  ///< from here on
     };
     void gather(const std::vector<std::vector<Event>>& found);
-    void draw(const Mesh& surface, const Triangle& t, const octree::Lattice& lattice,
+    void draw(const mesh::Arrays& surface, const Triangle& t, const octree::Lattice& lattice,
               std::vector<Event>& found) const;
 
     std::int64_t y_begin_ = 0, y_count_ = 0, z_begin_ = 0, z_count_ = 0;

@@ -7,6 +7,7 @@
 
 #include "base/platform/compiler.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 #include "mesh/merged.h"
 #include "mesh/point_index.h"
 #include "octree/morton.h"
@@ -79,7 +80,7 @@ ITS_NOINLINE double rounded_to_single(double x) {
     return double(float(x));
 }
 
-Complex::Complex(const Mesh& mesh, std::span<const Triangle> wedges) {
+Complex::Complex(const mesh::Arrays& mesh, std::span<const Triangle> wedges) {
     // Distinct positions and triangles, both in Morton order: what is near in space is near in memory.
     mesh::PointIndex index(std::min(mesh.vertices.size(), 3 * mesh.triangles.size()));
     std::vector<std::uint32_t> number(mesh.vertices.size(), no_index), source;

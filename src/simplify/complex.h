@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 
 /// The mesh that edge collapses work on: triangles, and at each vertex the list of its corners, in flat arrays.
 namespace its::simplifier {
@@ -28,7 +28,7 @@ public:
     ///        An edge whose two triangles have different wedges at an end is a *seam*. A vertex that two seam
     ///        edges divide into two wedges moves along the seam only, by merging with its ends; other vertices
     ///        of seams are fixed.
-    explicit Complex(const Mesh& mesh, std::span<const Triangle> wedges = {});
+    explicit Complex(const mesh::Arrays& mesh, std::span<const Triangle> wedges = {});
 
     std::uint64_t vertices() const { return position_.size(); }   ///< gone ones included
     std::uint64_t triangles() const { return triangle_.size(); }  ///< gone ones included

@@ -1,5 +1,7 @@
 #include "simplify/rules.h"
 
+#include "shell/access.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +19,7 @@ double ShellPriority::extra_cost(const Vec3& to) const {
 
 Certified::Certified(const Complex& original, bool keep_tolerance, const ThinShell* shell) {
     if (keep_tolerance) deviation_.emplace(original);
-    if (shell != nullptr) shell_.emplace(shell->data());
+    if (shell != nullptr) shell_.emplace(shell::Access::data(*shell));
 }
 
 CollapseRule::Verdict Certified::test(const Collapse& collapse, const Complex& current, double tolerance) {

@@ -5,10 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "base/names.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 #include "mesh/require.h"
+#include "shell/access.h"
 #include "simplify/hausdorff_bound.h"
 #include "simplify/rules.h"
 #include "simplify/transfer.h"
@@ -30,17 +34,22 @@ constexpr double tolerance_step = 1.1, step_growth = 1.02;
 constexpr std::uint64_t pilot_samples = 10'000;
 
 /// \throws InputError
-void check_mesh(const Mesh& mesh) {
+void check_mesh(const mesh::Arrays& mesh) {
     if (mesh.triangles.size() >= no_index / 3)
         throw InputError(fmt::format("the mesh has {} triangles; at most {} can be simplified",
                                      mesh.triangles.size(), no_index / 3 - 1));
     mesh::require_usable(mesh, mesh::largest_coordinate);
 }
 
-std::string_view name(SimplifyMethod method) {
-    constexpr std::string_view names[] = {"certified", "vertex", "priority", "qem"};
-    return names[std::size_t(method)];
-}
+constexpr Named<SimplifyMethod> methods[] = {{SimplifyMethod::certified, "certified"},
+                                             {SimplifyMethod::vertex, "vertex"},
+                                             {SimplifyMethod::priority, "priority"},
+                                             {SimplifyMethod::qem, "qem"}};
+
+constexpr Named<SimplifyStop> stops[] = {{SimplifyStop::faces_reached, "faces-reached"},
+                                         {SimplifyStop::tolerance_reached, "tolerance-reached"},
+                                         {SimplifyStop::shell_reached, "shell-reached"},
+                                         {SimplifyStop::topology_reached, "topology-reached"}};
 
 /// \throws OptionError
 void check_options(const SimplifyOptions& o) {
@@ -104,11 +113,14 @@ Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOpt
 }
 
 /// The shell that the options ask for, if any.
-std::optional<ThinShell> make_shell(const Mesh& mesh, const SimplifyOptions& o) {
+std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOptions& o, Parts& parts) {
     const bool wanted = o.method == SimplifyMethod::certified ? o.depth || (!o.tolerance && !o.faces)
                                                               : o.method != SimplifyMethod::qem;
     if (!wanted) return std::nullopt;
-    ThinShell shell = build(mesh, {.depth = o.depth, .sign = o.sign, .max_memory = o.max_memory, .run = o.run});
+    ThinShell shell = build(mesh.view(), {.depth = o.depth,
+                                          .sign = o.sign,
+                                          .max_memory = o.max_memory,
+                                          .run = {.threads = o.run.threads, .progress = parts.until(0.4)}});
     if (o.tolerance && *o.tolerance < shell.info().thickness())
         throw OptionError(fmt::format(
             "tolerance {}: a shell of depth {} cannot reach it, being {:.6g} thick; use a greater depth, "
@@ -120,6 +132,7 @@ std::optional<ThinShell> make_shell(const Mesh& mesh, const SimplifyOptions& o) 
 /// What the phases of simplify() work on.
 struct Job {
     const SimplifyOptions& options;
+    Parts parts;
     Complex complex;
     std::optional<ThinShell> shell;
     SimplifyReport report;
@@ -184,11 +197,11 @@ std::uint64_t living_vertices(const Complex& complex) {
 void require_no_intersections(const Complex& complex, std::string_view what) {
     if (const std::uint64_t pairs = count_intersections(complex); pairs > 0)
         throw InputError(fmt::format(
-            "{}: {} pairs of triangles meet; leave out no-self-intersections, or mend the mesh", what, pairs));
+            "{}: {} pairs of triangles meet; allow self-intersections, or mend the mesh", what, pairs));
 }
 
 bool whole_in_shell(const Complex& complex, const ThinShell& shell) {
-    const shell::TriangleBounds bounds(shell.data());
+    const shell::TriangleBounds bounds(shell::Access::data(shell));
     for (std::uint32_t t = 0; t < complex.triangles(); ++t) {
         if (!complex.has_triangle(t)) continue;
         const Triangle& c = complex.triangle(t);
@@ -235,9 +248,9 @@ void take_pilot_if_better(Job& job, Pilot& pilot, const Complex& original) {
                             pilot.complex.living_triangles() <= job.complex.living_triangles();
     if (!comparable || pilot.error >= bound) return;
     const Mesh before = to_mesh(original), after = to_mesh(pilot.complex);
-    const double there = hausdorff_bound(before, after, bound, o.run.progress);
+    const double there = hausdorff_bound(before, after, bound, job.parts.until(0.95));
     if (there >= bound) return;
-    const double both = std::max(there, hausdorff_bound(after, before, bound, o.run.progress));
+    const double both = std::max(there, hausdorff_bound(after, before, bound, job.parts.until(1)));
     if (both >= bound) return;
     bound = both;
     job.complex = std::move(pilot.complex);
@@ -259,7 +272,7 @@ void run(Job& job) {
     std::optional<WithoutIntersections> without;
     if (o.no_self_intersections) without.emplace(*rule, job.complex);
     Decimator decimator(job.complex, without ? *without : *rule, o.single_precision);
-    Stage stage(o.run.progress, "simplify",
+    Stage stage(job.parts.until(by_pilot ? 0.9 : 1), "simplify",
                 job.complex.living_triangles() - std::min(o.faces.value_or(0), job.complex.living_triangles()));
     const auto advance = [&](std::uint64_t gone) { stage.advance(gone); };
     double tolerance = o.tolerance.value_or(no_limit);
@@ -280,16 +293,17 @@ void run(Job& job) {
     report.seconds.simplify = watch.seconds();
 }
 
-Simplified simplified(const Mesh& mesh, const MeshAttributes& attributes, const SimplifyOptions& options) {
+Simplified simplified(const mesh::Arrays& mesh, const MeshAttributes& attributes,
+                      const SimplifyOptions& options, const Progress& progress) {
     const Stopwatch watch;
     const AttributeTransfer transfer(mesh, attributes);
-    Job job{options, Complex(mesh, transfer.wedges()), {}, {}};
+    Job job{options, Parts(progress), Complex(mesh, transfer.wedges()), {}, {}};
     job.report.seam_edges_before = job.complex.seam_edges();
     job.report.faces_before = job.complex.living_triangles();
     job.report.vertices_before = job.complex.vertices();
     check_faces(job);
     const Stopwatch shell_watch;
-    job.shell = make_shell(mesh, options);
+    job.shell = make_shell(mesh, options, job.parts);
     if (job.shell) {
         job.report.shell = job.shell->info();
         job.report.seconds.shell = shell_watch.seconds();
@@ -306,6 +320,22 @@ Simplified simplified(const Mesh& mesh, const MeshAttributes& attributes, const 
 
 }  // namespace
 
+std::string_view name(SimplifyMethod method) {
+    return name_in(methods, method);
+}
+
+std::optional<SimplifyMethod> parse_simplify_method(std::string_view name) {
+    return value_in(methods, name);
+}
+
+std::string_view name(SimplifyStop stop) {
+    return name_in(stops, stop);
+}
+
+std::optional<SimplifyStop> parse_simplify_stop(std::string_view name) {
+    return value_in(stops, name);
+}
+
 std::string_view reason(SimplifyStop stop) {
     switch (stop) {
         case SimplifyStop::faces_reached:
@@ -320,15 +350,18 @@ std::string_view reason(SimplifyStop stop) {
     return "no collapse is left that keeps the topology and flips no triangle";
 }
 
-Simplified simplify(const Mesh& mesh, const SimplifyOptions& options) {
+Simplified simplify(const MeshView& mesh, const SimplifyOptions& options) {
     return simplify(mesh, MeshAttributes{}, options);
 }
 
-Simplified simplify(const Mesh& mesh, const MeshAttributes& attributes, const SimplifyOptions& options) {
+Simplified simplify(const MeshView& mesh, const MeshAttributes& attributes, const SimplifyOptions& options) {
     check_options(options);
-    check_mesh(mesh);
+    const mesh::Native native(mesh);
+    check_mesh(native);
     check_attributes(mesh, attributes);
-    return with_threads(options.run.threads, [&] { return simplified(mesh, attributes, options); });
+    return run_call(options.run, "simplify", [&](const Progress& progress) {
+        return simplified(native, attributes, options, progress);
+    });
 }
 
 }  // namespace its

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 #include "mesh/normals.h"
 #include "mesh/point_index.h"
 
@@ -50,9 +51,9 @@ Value interpolated(const CornerValues<Value>& of, std::uint32_t t, const std::ar
 }
 
 /// Numbers of positions instead of vertices.
-std::vector<Triangle> by_position(const Mesh& mesh) {
+std::vector<Triangle> by_position(const mesh::Arrays& mesh) {
     mesh::PointIndex index(mesh.vertices.size());
-    std::vector<Triangle> triangles = mesh.triangles;
+    std::vector<Triangle> triangles(mesh.triangles.begin(), mesh.triangles.end());
     for (Triangle& t : triangles)
         for (std::uint32_t& v : t) v = index.insert(mesh.vertices[v]);
     return triangles;
@@ -60,7 +61,7 @@ std::vector<Triangle> by_position(const Mesh& mesh) {
 
 }  // namespace
 
-AttributeTransfer::AttributeTransfer(const Mesh& mesh, const MeshAttributes& attributes)
+AttributeTransfer::AttributeTransfer(const mesh::Arrays& mesh, const MeshAttributes& attributes)
     : mesh_(mesh), attributes_(attributes) {
     if (attributes.empty()) return;
     const std::vector<Triangle> triangles = by_position(mesh);
@@ -134,7 +135,7 @@ AttributeTransfer::Place AttributeTransfer::place_of(std::uint32_t wedge, std::u
     return best;
 }
 
-MeshAttributes AttributeTransfer::attributes_of(const Complex& current, const Mesh& result) const {
+MeshAttributes AttributeTransfer::attributes_of(const Complex& current, const mesh::Arrays& result) const {
     MeshAttributes attributes;
     attributes.byte_colours = attributes_.byte_colours;
     if (!attributes_.normals.empty())

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 #include "mesh/attributes.h"
 #include "simplify/complex.h"
 
@@ -16,13 +16,13 @@ namespace its::simplifier {
 class AttributeTransfer {
 public:
     /// The mesh and attributes, which are known to fit, must outlive this.
-    AttributeTransfer(const Mesh& mesh, const MeshAttributes& attributes);
+    AttributeTransfer(const mesh::Arrays& mesh, const MeshAttributes& attributes);
 
     /// For Complex; empty if there are neither colours nor texture coordinates.
     std::span<const Triangle> wedges() const { return wedges_.triangles; }
 
     /// Attributes at the corners of the triangles that are left, in their order. \param result  made of them
-    MeshAttributes attributes_of(const Complex& current, const Mesh& result) const;
+    MeshAttributes attributes_of(const Complex& current, const mesh::Arrays& result) const;
 
 private:
     /// A point of a triangle of the mesh.
@@ -38,7 +38,7 @@ private:
     void look_around(std::uint32_t wedge, const Vec3& p, Place& best) const;
     void try_triangle(std::uint32_t t, const Vec3& p, Place& best) const;
 
-    const Mesh& mesh_;
+    mesh::Arrays mesh_;
     const MeshAttributes& attributes_;
     mesh::Wedges wedges_;
     std::vector<std::uint64_t> begin_;  ///< of each wedge's triangles in around_

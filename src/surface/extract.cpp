@@ -3,31 +3,24 @@
 #include <cmath>
 #include <utility>
 
+#include "base/names.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "distance/mesh_distance.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
 #include "its/surface.h"
-#include "shell/shell_data.h"
+#include "shell/access.h"
 #include "surface/level_search.h"
 #include "surface/polygonise.h"
 
 namespace its {
 using namespace surface;
 
-std::string_view name(SurfaceSide side) {
-    switch (side) {
-        case SurfaceSide::outer:
-            return "outer";
-        case SurfaceSide::inner:
-            return "inner";
-        case SurfaceSide::zero:
-            break;
-    }
-    return "zero";
-}
-
 namespace {
+
+constexpr Named<SurfaceSide> sides[] = {
+    {SurfaceSide::outer, "outer"}, {SurfaceSide::inner, "inner"}, {SurfaceSide::zero, "zero"}};
 
 constexpr int max_resolution = 65536;
 constexpr std::uint64_t samples = 200'000;  // of measured distances, each way
@@ -135,15 +128,18 @@ void certify(const shell::ShellData& shell, const SurfaceRange& range, SurfaceRe
 }
 
 void measure(const shell::ShellData& shell, const Progress& progress, Surface& surface) {
+    Parts parts(progress);
     const Stopwatch watch;
-    const distance::MeshView a{surface.mesh.vertices, surface.mesh.triangles},
+    const mesh::Arrays a{surface.mesh.vertices, surface.mesh.triangles},
         b{shell.mesh.vertices, shell.mesh.triangles};
-    surface.report.to_mesh = distance::mesh_distance(a, b, samples, progress).max;
-    surface.report.from_mesh = distance::mesh_distance(b, a, samples, progress).max;
-    surface.report.seconds_measure = watch.seconds();
+    surface.report.to_mesh = distance::mesh_distance(a, b, samples, parts.until(0.5)).max;
+    surface.report.from_mesh = distance::mesh_distance(b, a, samples, parts.until(1)).max;
+    surface.report.seconds.measure = watch.seconds();
 }
 
-Surface extract(const shell::ShellData& shell, const SurfaceOptions& options) {
+Surface extract(const shell::ShellData& shell, const SurfaceOptions& options, const Progress& progress) {
+    Parts all(progress);
+    Parts parts(all.until(options.measure ? 0.5 : 1));
     const Stopwatch watch;
     const std::unique_ptr<LevelSource> source = make_source(shell, options.resolution);
     const double own = own_level(shell, options.side);
@@ -153,17 +149,17 @@ Surface extract(const shell::ShellData& shell, const SurfaceOptions& options) {
     SurfaceRange near_end{0, 0};
     const bool search = options.certify && !options.level && options.side != SurfaceSide::zero;
     if (search) {
-        CertifiedLevel found = find_certified_level(*source, options.side, own, options.run.progress);
+        CertifiedLevel found = find_certified_level(*source, options.side, own, parts.until(0.7));
         frame.level = found.level;
         near_end = found.range;
         cells = std::move(found.cells);
     } else {
-        cells = source->cells(frame.level, frame.level, options.run.progress);
+        cells = source->cells(frame.level, frame.level, parts.until(0.4));
     }
     check_inside_root(shell, frame.level);
 
     Surface surface;
-    surface.mesh = polygonise(frame, cells, options.run.progress);
+    surface.mesh = polygonise(frame, cells, parts.until(0.8));
     SurfaceReport& report = surface.report;
     report.side = options.side;
     report.level = shell.lattice.width * frame.level;
@@ -178,22 +174,33 @@ Surface extract(const shell::ShellData& shell, const SurfaceOptions& options) {
                                            !search                              ? RangeEnds::both
                                            : options.side == SurfaceSide::outer ? RangeEnds::upper
                                                                                 : RangeEnds::lower,
-                                           options.run.progress);
+                                           parts.until(1));
         if (search)
             (options.side == SurfaceSide::outer ? range.lower = near_end.lower : range.upper = near_end.upper);
         certify(shell, range, report);
     }
     explain(shell, options, report);
-    report.seconds = watch.seconds();
-    if (options.measure && !report.empty) measure(shell, options.run.progress, surface);
+    report.seconds.extract = watch.seconds();
+    if (options.measure && !report.empty) measure(shell, all.until(1), surface);
+    report.seconds.total = watch.seconds();
     return surface;
 }
 
 }  // namespace
 
+std::string_view name(SurfaceSide side) {
+    return name_in(sides, side);
+}
+
+std::optional<SurfaceSide> parse_surface_side(std::string_view name) {
+    return value_in(sides, name);
+}
+
 Surface extract_surface(const ThinShell& shell, const SurfaceOptions& options) {
     check_options(options);
-    return with_threads(options.run.threads, [&] { return extract(shell.data(), options); });
+    return run_call(options.run, "surface", [&](const Progress& progress) {
+        return extract(shell::Access::data(shell), options, progress);
+    });
 }
 
 }  // namespace its

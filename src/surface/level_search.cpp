@@ -3,18 +3,21 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/progress.h"
+
 namespace its::surface {
 
 namespace {
 
 constexpr double first_reach = 0.25;  // finest cell widths that the cells collected at first allow for
+constexpr double round_share = 0.2;   // of the progress that is left, for a round
 constexpr double growth = 1.0 / 16;   // by which a move exceeds what the last one lacked
 
 class LevelSearch {
 public:
     LevelSearch(const LevelSource& source, SurfaceSide side, double bound, const Progress& progress)
         : source_(source),
-          progress_(progress),
+          parts_(progress),
           frame_{source.grid(), side, bound},
           bound_(bound),
           away_(side == SurfaceSide::outer ? 1 : -1) {}
@@ -48,7 +51,7 @@ private:
     void collect(double reach) {
         reach_ = reach;
         const double far = bound_ + away_ * reach;
-        cells_ = source_.cells(std::min(bound_, far), std::max(bound_, far), progress_);
+        cells_ = source_.cells(std::min(bound_, far), std::max(bound_, far), parts_.next(round_share));
     }
 
     /// How far f on the surface of the moved level comes back towards M from that level.
@@ -56,14 +59,15 @@ private:
         while (move > reach_) collect(2 * reach_);
         frame_.level = bound_ + away_ * move;
         const bool outer = away_ > 0;
-        range_ = source_.bound(frame_, cells_, outer ? RangeEnds::lower : RangeEnds::upper, progress_);
+        range_ = source_.bound(frame_, cells_, outer ? RangeEnds::lower : RangeEnds::upper,
+                               parts_.next(round_share));
         // In the end it is this difference that counts: it has no rounding that the sum above could hide.
         const double margin = outer ? range_.lower - bound_ : bound_ - range_.upper;
         return move - margin;
     }
 
     const LevelSource& source_;
-    const Progress& progress_;
+    Parts parts_;  ///< each round takes a fifth of what is left
     SurfaceFrame frame_;
     double bound_, away_, reach_ = 0;
     std::vector<LevelCell> cells_;

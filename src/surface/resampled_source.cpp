@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "base/rounding.h"
 #include "geometry/clip.h"
 #include "geometry/vec3.h"
@@ -174,12 +175,13 @@ public:
           ratio_(double(shell.lattice.cells()) / (2.0 * resolution)) {}
 
     std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
-        std::vector<std::uint64_t> keys = candidates(low, high, progress);
+        Parts parts(progress);
+        std::vector<std::uint64_t> keys = candidates(low, high, parts.until(0.4));
         std::vector<LevelCell> all;
         // A level that a rounded value meets on one side only would leave a gap: cells beyond a crossed face
         // that are not candidates join, until there are none.
         for (std::vector<std::uint64_t> fresh = keys; !fresh.empty();) {
-            const std::vector<LevelCell> found = evaluate(fresh, low, high, progress);
+            const std::vector<LevelCell> found = evaluate(fresh, low, high, parts.next(0.8));
             all.insert(all.end(), found.begin(), found.end());
             fresh = missing_neighbours(found, keys, low, high);
             const auto middle = std::ptrdiff_t(keys.size());
@@ -191,8 +193,9 @@ public:
 
     SurfaceRange bound(const SurfaceFrame& frame, std::span<const LevelCell> cells, RangeEnds ends,
                        const Progress& progress) const override {
-        const Mesh mesh = polygonise(frame, cells, progress);
-        Stage stage(progress, "surface bounds", mesh.triangles.size());
+        Parts phases(progress);
+        const Mesh mesh = polygonise(frame, cells, phases.until(0.3));
+        Stage stage(phases.until(1), "surface bounds", mesh.triangles.size());
         const std::uint64_t chunks = chunk_count(mesh.triangles.size(), triangle_grain);
         std::vector<Hull> parts(chunks, Hull(frame.level, ends));
         std::vector<double> errors(chunks, 0.0);

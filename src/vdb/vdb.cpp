@@ -12,8 +12,9 @@
 
 #include "base/output_file.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "its/inspect.h"
-#include "shell/shell_data.h"
+#include "shell/access.h"
 #include "surface/level_cells.h"
 #endif
 
@@ -60,7 +61,8 @@ private:
     OutputFile& file_;
 };
 
-openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOptions& options) {
+openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOptions& options,
+                                  const Progress& progress) {
     const double width = shell.lattice.width;
     const bool inside = shell.info.sign != SignRule::unsigned_rule;
     openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(float(options.half_width * width));
@@ -72,7 +74,7 @@ openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOption
 
     openvdb::FloatGrid::Accessor accessor = grid->getAccessor();
     for (const surface::LevelCell& cell : surface::find_level_cells(
-             shell.octree, shell.field, -options.half_width, options.half_width, options.run.progress))
+             shell.octree, shell.field, -options.half_width, options.half_width, Parts(progress).until(0.5)))
         for (int c = 0; c < 8; ++c) {
             const double value = cell.value[std::size_t(c)];
             if (!(std::abs(value) < options.half_width)) continue;
@@ -96,9 +98,9 @@ openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOption
 void write_vdb(const ThinShell& shell, const std::filesystem::path& path, const VdbOptions& options) {
     if (!(options.half_width >= 1 && options.half_width <= 64))
         throw OptionError(fmt::format("half width {}: must be 1 to 64", options.half_width));
-    with_threads(options.run.threads, [&] {
+    run_call(options.run, "grid", [&](const Progress& progress) {
         openvdb::initialize();
-        const openvdb::FloatGrid::Ptr grid = make_grid(shell.data(), options);
+        const openvdb::FloatGrid::Ptr grid = make_grid(shell::Access::data(shell), options, progress);
         OutputFile file(path);
         OutputBuffer buffer(file);
         std::ostream stream(&buffer);

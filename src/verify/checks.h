@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.h"
 #include "its/verify.h"
 #include "verify/boundary.h"
 #include "verify/lists.h"
@@ -43,6 +44,7 @@ struct Job {
     const Mesh& directed;    ///< then that copy, as the directions that the signs are of; else `mesh`
     Box bounds;              ///< of the mesh's triangles
     Boundary boundary;       ///< of `directed`
+    Parts& parts;            ///< of the call's progress: each check takes the next
 
     double width() const { return view.lattice().width; }
 };
@@ -76,7 +78,7 @@ inline double random_unit(std::uint64_t seed, std::uint64_t stream, std::uint64_
 }
 
 /// All arrays are what the others rely on. \return nothing if it is not safe to read them.
-std::optional<Arrays> check_structure(const shell::ShellData& data, const VerifyOptions& options,
+std::optional<Arrays> check_structure(const shell::ShellData& data, const Progress& progress,
                                       VerifyReport& report);
 
 /// The shell's copy of the mesh against the given one, and the numbers that describe the shell.

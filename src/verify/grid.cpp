@@ -43,7 +43,7 @@ public:
         : job_(job),
           rule_(job.view.data().info.sign),
           columns_(rule_ == SignRule::unsigned_rule ? Mesh{} : job.directed, job.view.lattice(),
-                   job.options.run.progress) {}
+                   job.parts.until(0.6)) {}
 
     SignRule rule() const { return rule_; }
     /// The sides are whole numbers of crossings: those of all points are told at no cost.
@@ -152,7 +152,7 @@ SideTally tally_sides(const Job& job, const Rule& rule) {
     const octree::Octree& octree = job.view.data().octree;
     std::uint64_t total = 0;
     for (const octree::Level& level : octree.levels) total += level.parent.size();
-    Stage stage(job.options.run.progress, "verify: sides", total);
+    Stage stage(job.parts.until(0.7), "verify: sides", total);
     const double tolerance = value_tolerance(job);
     SideTally sum;
     for (int k = 0; k <= octree.depth; ++k) {
@@ -340,7 +340,7 @@ private:
 
 ValueTally tally_values(const Job& job, const Values& values, const Selection& selected) {
     const octree::Octree& octree = job.view.data().octree;
-    Stage stage(job.options.run.progress, "verify: values", job.arrays.grid_points);
+    Stage stage(job.parts.until(0.95), "verify: values", job.arrays.grid_points);
     ValueTally sum;
     std::uint64_t before = 0;
     for (int k = 0; k <= octree.depth; ++k) {

@@ -105,17 +105,20 @@ bool equal_but_for_turns(std::span<const Triangle> a, std::span<const Triangle> 
 
 VerifyReport judge(const shell::ShellData& data, const Evaluation& value, const Mesh& mesh,
                    const VerifyOptions& options) {
-    return with_threads(options.run.threads, [&] {
+    return run_call(options.run, "verify", [&](const Progress& progress) {
         VerifyReport report;
-        const std::optional<Arrays> arrays = check_structure(data, options, report);
+        Parts parts(progress);
+        const std::optional<Arrays> arrays = check_structure(data, parts.until(0.05), report);
         if (!arrays) return report;  // the rest would read outside the arrays
         check_mesh(arrays->view.lattice(), mesh);
         const bool same =
             data.mesh.vertices == mesh.vertices && equal_but_for_turns(mesh.triangles, data.mesh.triangles);
         Mesh directed = mesh;
         if (same) directed.triangles.assign(data.mesh.triangles.begin(), data.mesh.triangles.end());
-        const Job job{*arrays,         arrays->view,           mesh, value, options, same, directed,
-                      bounds_of(mesh), find_boundary(directed)};
+        const Job job{*arrays,  arrays->view,    mesh,
+                      value,    options,         same,
+                      directed, bounds_of(mesh), find_boundary(directed),
+                      parts};
         check_description(job, report);
         check_samples(job, report);
         check_all_of_mesh(job, report);

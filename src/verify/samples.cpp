@@ -154,7 +154,7 @@ Vec3 point_error(const Mesh& mesh, const Triangle& t) {
 
 template <class F>
 Tally in_chunks(const Job& job, const char* name, std::uint64_t count, std::uint64_t grain, F&& fn) {
-    Stage stage(job.options.run.progress, name, count);
+    Stage stage(job.parts.next(0.05), name, count);
     std::vector<Tally> tallies(chunk_count(count, grain));
     for_chunks(count, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
         for (std::uint64_t i = begin; i < end; ++i) fn(i, tallies[chunk]);

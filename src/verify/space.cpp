@@ -43,7 +43,7 @@ void check_space(const Job& job, VerifyReport& report) {
     // A sum over K + 2 levels of interpolations, each with less than 32 roundings of values that are below four
     // times the root's side.
     const double tolerance = 32 * (lattice.depth + 2) * 4 * lattice.ulp();
-    Stage stage(job.options.run.progress, "verify: evaluation", samples);
+    Stage stage(job.parts.until(1), "verify: evaluation", samples);
     std::vector<double> difference(samples);
     parallel_for(samples, 64, [&](std::uint64_t i) {
         const Vec3 p = lattice.from_lattice(random_point(lattice, job.options.seed, i));

@@ -139,11 +139,11 @@ std::uint32_t compare_shared(const View& view, int k, std::uint64_t g, PointTall
     return own;
 }
 
-PointTally check_points(const View& view, const VerifyOptions& options, Arrays& out) {
+PointTally check_points(const View& view, const Progress& progress, Arrays& out) {
     const octree::Octree& octree = view.data().octree;
     std::uint64_t total = 0;
     for (const octree::Level& level : octree.levels) total += level.parent.size();
-    Stage stage(options.run.progress, "verify: structure", total);
+    Stage stage(progress, "verify: structure", total);
     PointTally sum;
     constexpr std::uint64_t grain = 1024;
     out.own_points.resize(octree.levels.size());
@@ -168,7 +168,7 @@ PointTally check_points(const View& view, const VerifyOptions& options, Arrays& 
 
 }  // namespace
 
-std::optional<Arrays> check_structure(const shell::ShellData& data, const VerifyOptions& options,
+std::optional<Arrays> check_structure(const shell::ShellData& data, const Progress& progress,
                                       VerifyReport& report) {
     VerifyCheck check;
     check.name = "structure";
@@ -187,7 +187,7 @@ std::optional<Arrays> check_structure(const shell::ShellData& data, const Verify
     complaint = check_surface(data, view.surface_cells());
     if (!complaint) complaint = decode_lists(data, arrays.lists);
     if (complaint) return finish(1, *complaint), std::nullopt;
-    const PointTally points = check_points(view, options, arrays);
+    const PointTally points = check_points(view, progress, arrays);
     check.tested = points.compared;
     if (points.not_finite > 0)
         return finish(points.not_finite, fmt::format("{} values are not finite", points.not_finite)),

@@ -196,7 +196,7 @@ ProofTally walk(const Job& job, const Goal& goal) {
     }
     const std::uint64_t count = first.back();
     constexpr std::uint64_t grain = 64;
-    Stage stage(job.options.run.progress, "verify: proof", count);
+    Stage stage(job.parts.until(0.5), "verify: proof", count);
     std::vector<ProofTally> tallies(chunk_count(count, grain));
     for_chunks(count, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
         Walker walker(job, goal, tallies[chunk]);
@@ -263,7 +263,7 @@ void check_lists_of(const Job& job, std::uint64_t group, ListTally& tally) {
 ListTally check_foreign(const Job& job) {
     const std::uint64_t groups = job.view.data().octree.levels[0].parent.size();
     constexpr std::uint64_t grain = 256;
-    Stage stage(job.options.run.progress, "verify: lists", groups);
+    Stage stage(job.parts.until(0.55), "verify: lists", groups);
     std::vector<ListTally> tallies(chunk_count(groups, grain));
     for_chunks(groups, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
         for (std::uint64_t g = begin; g < end; ++g) check_lists_of(job, g, tallies[chunk]);

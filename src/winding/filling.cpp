@@ -10,6 +10,7 @@
 #include "base/platform/compiler.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
+#include "mesh/arrays.h"
 #include "mesh/merged.h"
 #include "winding/expansion.h"
 
@@ -124,7 +125,7 @@ void add_half_lune(AngleSums<1>& sum, const Seen& a, const Seen& b, int side) {
 
 }  // namespace
 
-Filling::Filling(const Mesh& mesh) {
+Filling::Filling(const mesh::Arrays& mesh) {
     const mesh::Merged merged = mesh::merge(mesh);
     std::vector<std::uint32_t> number(merged.points.size(), none);
     std::vector<std::uint32_t> roots;

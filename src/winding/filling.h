@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "its/mesh.h"
+#include "mesh/arrays.h"
 #include "winding/solid_angle.h"
 
 /// A surface F that closes a mesh with boundary, and its winding number.
@@ -24,7 +24,7 @@ struct WindingEstimate {
 class Filling {
 public:
     /// \throws InputError on what inspect() refuses.
-    explicit Filling(const Mesh& mesh);
+    explicit Filling(const mesh::Arrays& mesh);
 
     bool empty() const { return nodes_.empty(); }
     std::uint64_t edges() const { return edge_count_; }  ///< of the boundary, with multiplicity

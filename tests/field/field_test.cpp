@@ -9,6 +9,7 @@
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 #include "its/shell.h"
+#include "shell/access.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
 
@@ -77,14 +78,14 @@ TEST_P(FieldOfTheZoo, EvaluationIsTheSumOfAllHats) {
     for (const auto& entry : zoo::all()) {
         if (GetParam() == Solver::lscg && entry.mesh.triangles.size() > 1000) continue;
         const ThinShell shell = build_at(entry.mesh, 4, GetParam());
-        const auto points = grid_points(shell.data());
-        const double cells = shell.data().lattice.cells();
+        const auto points = grid_points(shell::Access::data(shell));
+        const double cells = shell::Access::data(shell).lattice.cells();
         std::uniform_real_distribution<double> anywhere(0, cells);
         for (int i = 0; i < 300; ++i) {
             Vec3 u{anywhere(random), anywhere(random), anywhere(random)};
             if (i % 3 == 1) u = {std::round(u.x), std::round(u.y), u.z};  // on lattice lines
             if (i % 3 == 2) u = {0.5 * std::round(2 * u.x), u.y, u.z};
-            ASSERT_NEAR(evaluate(shell.data(), u), sum_of_hats(points, u), 1e-10) << entry.name;
+            ASSERT_NEAR(evaluate(shell::Access::data(shell), u), sum_of_hats(points, u), 1e-10) << entry.name;
         }
     }
 }
@@ -97,14 +98,16 @@ TEST_P(FieldOfTheZoo, EveryEquationHolds) {
         const double tolerance = 1e-9 * std::ldexp(1.0, 4);  // of s, in cell widths
         for (int k = 0; k <= 4; ++k) {
             const double step = std::ldexp(1.0, k);
-            const octree::Level& level = shell.data().octree.levels[k];
+            const octree::Level& level = shell::Access::data(shell).octree.levels[k];
             for (std::uint64_t group = 0; group < level.groups(); ++group) {
                 const octree::Cell at = octree::morton_decode(level.parent[group]);
                 for (int p = 0; p < octree::group_points; ++p) {
                     const Vec3 u{step * (2.0 * at[0] + p % 3), step * (2.0 * at[1] + p / 3 % 3),
                                  step * (2.0 * at[2] + p / 9)};
-                    const double d = direct.data().field.values[k][octree::group_points * group + p];  // D(g)
-                    ASSERT_NEAR(evaluate(shell.data(), u), d, tolerance) << entry.name << " level " << k;
+                    const double d =
+                        shell::Access::data(direct).field.values[k][octree::group_points * group + p];  // D(g)
+                    ASSERT_NEAR(evaluate(shell::Access::data(shell), u), d, tolerance)
+                        << entry.name << " level " << k;
                 }
             }
         }
@@ -118,7 +121,8 @@ TEST(Field, BothSolversAgreeInTheFinestCells) {
     for (const auto& entry : zoo::all()) {
         if (entry.mesh.triangles.size() > 1000) continue;
         const ThinShell direct = build_at(entry.mesh, 4), lscg = build_at(entry.mesh, 4, Solver::lscg);
-        const auto &a = direct.data().field.values[0], &b = lscg.data().field.values[0];
+        const auto &a = shell::Access::data(direct).field.values[0],
+                   &b = shell::Access::data(lscg).field.values[0];
         ASSERT_EQ(a.size(), b.size());
         for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 1e-8) << entry.name;
     }
@@ -134,8 +138,8 @@ TEST(Field, IsContinuousEverywhere) {
         for (int i = 0; i < 2000; ++i) {
             Vec3 p = root.min + 2 * s * Vec3{anywhere(random), anywhere(random), anywhere(random)};
             const int axis = int(random() % 3);  // across a lattice plane
-            const auto plane = std::int64_t(std::round(shell.data().lattice.to_lattice(p)[axis]));
-            p[axis] = shell.data().lattice.position(axis, plane);
+            const auto plane = std::int64_t(std::round(shell::Access::data(shell).lattice.to_lattice(p)[axis]));
+            p[axis] = shell::Access::data(shell).lattice.position(axis, plane);
             Vec3 before = p, after = p;
             before[axis] -= 1e-9 * s;
             after[axis] += 1e-9 * s;

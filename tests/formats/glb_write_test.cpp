@@ -68,7 +68,7 @@ TEST_F(GlbWriter, FarFromTheOriginKeepsTheShape) {
 
 TEST_F(GlbWriter, HasSeveralMeshes) {
     const Mesh a = zoo::sphere({0, 0, 0}, 1, 1), b = zoo::box({3, 3, 3}, {4, 5, 6});
-    const NamedMesh meshes[] = {{"outer", &a}, {"in\"ner", &b}};
+    const NamedMesh meshes[] = {{"outer", a}, {"in\"ner", b}};
     write_glb(meshes, folder / "both.glb");
     expect_rounded(read_mesh(folder / "both.glb").mesh, zoo::joined(a, b), {});
 }

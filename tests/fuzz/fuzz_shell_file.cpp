@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "its/query.h"
+#include "shell/access.h"
 #include "shell_file/shell_file.h"
 
 namespace {
 
 /// Asks everything that a quickly loaded shell may be asked: no answer need be right, none may do harm.
 void use(its::shell::ShellData data) {
-    const its::ThinShell shell(std::make_shared<const its::shell::ShellData>(std::move(data)));
+    const its::ThinShell shell = its::shell::Access::make(std::move(data));
     const its::Query query(shell);
     const its::Box& root = shell.info().root;
     for (const its::Vec3& v : shell.mesh().vertices) (void)query.classify(v);

@@ -88,7 +88,9 @@ TEST(Inspect, VerticesAtOnePlaceAreOne) {
 }
 
 TEST(Inspect, DegenerateIsExact) {
-    const auto degenerate = [](Vec3 a, Vec3 b, Vec3 c) { return inspect({{a, b, c}, {{0, 1, 2}}}).degenerate; };
+    const auto degenerate = [](Vec3 a, Vec3 b, Vec3 c) {
+        return inspect(Mesh{{a, b, c}, {{0, 1, 2}}}).degenerate;
+    };
     EXPECT_EQ(degenerate({0.25, 0.5, 0.75}, {0.5, 1, 1.5}, {0.75, 1.5, 2.25}), 1u);
     EXPECT_EQ(degenerate({0, 0, 0}, {0.1, 0.1, 0.1}, {0.3, 0.3, 0.3}), 1u);
     EXPECT_EQ(degenerate({0, 0, 0}, {0.1, 0.3, 0}, {0.3, 0.9, 0}), 0u)
@@ -155,9 +157,9 @@ TEST(Inspect, ZeroAreaTrianglesNeitherOpenAMeshNorFailToCloseIt) {
 
 TEST(Inspect, RefusesWhatIsNoMesh) {
     EXPECT_THROW(inspect({}), InputError);
-    EXPECT_THROW(inspect({{{0, 0, 0}}, {{0, 0, 1}}}), InputError);
-    EXPECT_THROW(inspect({{{0, 0, 0}, {1, 0, 0}, {0, NAN, 0}}, {{0, 1, 2}}}), InputError);
-    EXPECT_THROW(inspect({{{0, 0, 0}, {1, 0, 0}, {0, INFINITY, 0}}, {{0, 1, 2}}}), InputError);
+    EXPECT_THROW(inspect(Mesh{{{0, 0, 0}}, {{0, 0, 1}}}), InputError);
+    EXPECT_THROW(inspect(Mesh{{{0, 0, 0}, {1, 0, 0}, {0, NAN, 0}}, {{0, 1, 2}}}), InputError);
+    EXPECT_THROW(inspect(Mesh{{{0, 0, 0}, {1, 0, 0}, {0, INFINITY, 0}}, {{0, 1, 2}}}), InputError);
 }
 
 TEST(Inspect, NamesOfSignRules) {

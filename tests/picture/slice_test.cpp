@@ -13,6 +13,7 @@
 #include "picture/legend.h"
 #include "picture/plot.h"
 #include "picture/section.h"
+#include "shell/access.h"
 #include "support/zoo.h"
 
 namespace its {
@@ -59,7 +60,8 @@ struct PlainPlot {
         view = picture::make_view({0, 0, size, size}, {1, 2}, 2 * radius);
         image = {size, size, std::vector<std::uint8_t>(3 * std::size_t(size) * std::size_t(size), 255)};
         picture::plot(image, shell, plane, picture::mesh_section(shell.mesh(), plane, 0),
-                      picture::cell_section(shell.data(), plane), view, style, picture::DivergingMap());
+                      picture::cell_section(shell::Access::data(shell), plane), view, style,
+                      picture::DivergingMap());
     }
     picture::Rgb at(double x, double y) const {
         const picture::Point2 p = view.to_pixels({x, y});
@@ -151,8 +153,8 @@ double polygon_area(const picture::CellSection& c) {
 TEST(Section, LeafCellsTileThePlane) {
     const ThinShell& shell = sphere_shell();
     double area = 0;
-    for (const picture::CellSection& c :
-         picture::cell_section(shell.data(), middle_plane(shell.mesh(), picture::axis_plane(1), 0.3))) {
+    for (const picture::CellSection& c : picture::cell_section(
+             shell::Access::data(shell), middle_plane(shell.mesh(), picture::axis_plane(1), 0.3))) {
         EXPECT_EQ(c.corners, 4);
         EXPECT_DOUBLE_EQ(polygon_area(c), c.width * c.width);
         area += polygon_area(c);
@@ -166,8 +168,8 @@ TEST(Section, LeafCellsTileAnObliquePlane) {
     const ThinShell& shell = sphere_shell();
     double area = 0;
     int most = 0;
-    for (const picture::CellSection& c :
-         picture::cell_section(shell.data(), middle_plane(shell.mesh(), picture::normal_plane({1, 1, 1})))) {
+    for (const picture::CellSection& c : picture::cell_section(
+             shell::Access::data(shell), middle_plane(shell.mesh(), picture::normal_plane({1, 1, 1})))) {
         area += polygon_area(c);
         most = std::max(most, c.corners);
     }
@@ -269,13 +271,13 @@ TEST(Slice, RefusesOptionsOutOfRange) {
     EXPECT_THROW(slice(shell, {.normal = Vec3{0, NAN, 1}}), OptionError);
     EXPECT_THROW(slice(shell, {.through = Vec3{INFINITY, 0, 1}}), OptionError);
     const Mesh none, wild{{{0, 0, 0}}, {{0, 0, 1}}}, endless{{{0, 0, 0}, {1, 0, 0}, {0, NAN, 0}}, {{0, 1, 2}}};
-    for (const Mesh* mesh : {&none, &wild, &endless}) EXPECT_THROW(slice(shell, {.mesh = mesh}), InputError);
+    for (const Mesh& mesh : {none, wild, endless}) EXPECT_THROW(slice(shell, {.mesh = mesh}), InputError);
 }
 
 TEST(Slice, DrawsTheSectionOfAnotherMesh) {
     const Mesh small = zoo::sphere({1, 2, 3}, 0.5, 4);
     const Image own = slice(sphere_shell(), {.size = 300});
-    const Image other = slice(sphere_shell(), {.mesh = &small, .size = 300});
+    const Image other = slice(sphere_shell(), {.mesh = small, .size = 300});
     const auto dark_in_the_middle = [](const Image& image) {
         int dark = 0;
         for (int y = image.height / 2 - 70; y < image.height / 2 + 70; ++y)

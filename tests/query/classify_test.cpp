@@ -9,6 +9,7 @@
 #include "its/distance.h"
 #include "its/inspect.h"
 #include "its/mesh_file.h"
+#include "query/access.h"
 #include "query/decide.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
@@ -64,7 +65,7 @@ TEST(ClosestSides, AgreeWithTheExactSideOnEmbeddedMeshes) {
           zoo::sphere({0, 0, 0}, 1, 3), zoo::reversed(zoo::tetrahedron()), zoo::twisted_knot(60, 12)}) {
         for (const int depth : {3, 6}) {
             const Query query(build_shell(mesh, depth));
-            const ClosestSides closest(query.shell());
+            const ClosestSides closest(query.shell().mesh_view());
             std::vector<Vec3> points = test::hard_points(query.shell(), mesh, 100, 3);
             std::vector<std::int8_t> codes(points.size());
             query.classify_shell(points, codes, closest);
@@ -85,9 +86,10 @@ TEST(ClosestSides, AgreeWithTheExactSideOnEmbeddedMeshes) {
 
 TEST(ClosestSides, NeedAClosedMesh) {
     const Mesh open{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
-    EXPECT_THROW(ClosestSides{build_shell(open, 3)}, OptionError);
-    EXPECT_THROW(ClosestSides(build_shell(zoo::tetrahedron(), 3), {.threads = -1}), OptionError);
-    const ClosestSides closest(build_shell(zoo::tetrahedron(), 3));
+    EXPECT_THROW(ClosestSides{open}, InputError);
+    EXPECT_THROW(ClosestSides{Mesh{}}, InputError);
+    EXPECT_THROW(ClosestSides(zoo::tetrahedron(), {.threads = -1}), OptionError);
+    const ClosestSides closest(zoo::tetrahedron());
     EXPECT_THROW(closest.side({NAN, 0, 0}), InputError);
 }
 
@@ -112,9 +114,9 @@ TEST(Classify, ShellsOfTheIterativeSolverAreExactToo) {
 /// Rules that are not constant off M: a shell that says it is one, with the field of another.
 TEST(Classify, OtherRulesGoByTheSignOfTheField) {
     const Mesh mesh = zoo::torus(1.0, 0.35, 24, 12);
-    auto data = std::make_shared<shell::ShellData>(build_shell(mesh, 4).data());
-    data->info.sign = SignRule::generalized;
-    const Query query{ThinShell(data)};
+    shell::ShellData data = shell::Access::data(build_shell(mesh, 4));
+    data.info.sign = SignRule::generalized;
+    const Query query(shell::Access::make(std::move(data)));
     const std::vector<Vec3> points = test::hard_points(query.shell(), mesh, 100, 6);
     std::vector<std::int8_t> codes(points.size());
     query.classify(points, codes);
@@ -135,7 +137,7 @@ TEST(Classify, OtherRulesGoByTheSignOfTheField) {
 TEST(Classify, BoundsSettleMostPointsAndWalksSomeOfTheRest) {
     const Mesh mesh = zoo::overlapping_spheres(3);  // where they overlap, f < 0 on M
     const Query query(build_shell(mesh, 5));
-    const query::QueryIndex& index = query.index();
+    const query::QueryIndex& index = query::Access::index(query);
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> unit(0, 1);
     const Box box = octree::bounds(mesh);

@@ -11,6 +11,7 @@
 #include "geometry/vec3.h"
 #include "its/distance.h"
 #include "its/inspect.h"
+#include "query/access.h"
 #include "query/index.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
@@ -47,7 +48,7 @@ TEST(QueryField, ValueAndGradientAreTheShells) {
                 ASSERT_NEAR(f, g, 256 * unit_roundoff * (scale + std::abs(f)));
                 const Vec3 df = shell.gradient(p), dg = query.gradient(p);
                 ASSERT_LE(norm(df - dg), 1e-9);
-                const query::QueryIndex& index = query.index();
+                const query::QueryIndex& index = query::Access::index(query);
                 const Vec3 u = index.to_lattice(p);
                 if (!index.in_root(u)) continue;
                 const query::Place at = query::descend(index.levels.data(), 0, depth, query::finest_cell(u));
@@ -63,7 +64,7 @@ TEST(QueryField, ValueAndGradientAreTheShells) {
 TEST(QueryField, ManyRandomPointsHaveTheShellsValue) {
     const ThinShell shell = build_shell(zoo::twisted_knot(160, 18), 8);
     const Query query(shell);
-    ASSERT_GT(query.index().level, 2) << "there should be several levels below the grid";
+    ASSERT_GT(query::Access::index(query).level, 2) << "there should be several levels below the grid";
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> unit(-0.1, 1.1);
     const Box root = shell.info().root;

@@ -8,6 +8,7 @@
 #include "geometry/vec3.h"
 #include "its/inspect.h"
 #include "its/mesh_file.h"
+#include "shell/access.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
 
@@ -65,7 +66,7 @@ Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule) {
 
 std::vector<Vec3> hard_points(const ThinShell& shell, const Mesh& mesh, int count, std::uint64_t seed) {
     Random random(seed);
-    const octree::Lattice& lattice = shell.data().lattice;
+    const octree::Lattice& lattice = shell::Access::data(shell).lattice;
     const Box root = shell.info().root, box = octree::bounds(mesh);
     const Vec3 size = root.max - root.min;
     std::vector<Vec3> points;

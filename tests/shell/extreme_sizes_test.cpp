@@ -141,8 +141,8 @@ TEST(SlowExtremeSizes, FiveMillionTriangles) {
     }
     ASSERT_EQ(mesh.triangles.size(), 5000000u);
     for (const int depth : {8, 10}) {
-        BuildTimes times;
-        const ThinShell shell = build(mesh, {.depth = depth}, &times);
+        const ThinShell shell = build(mesh, {.depth = depth});
+        const BuildSeconds& times = shell.build_seconds();
         EXPECT_EQ(shell.info().sign, SignRule::winding);
         EXPECT_LE(shell.info().epsilon_outer - shell.info().epsilon_inner, shell.info().cell_width);
         rusage usage{};

@@ -24,7 +24,7 @@ std::uint64_t bytes_taken(const Mesh& mesh, int depth) {
     const pid_t child = fork();
     if (child == 0) {
         const std::uint64_t before = peak_bytes();
-        const ThinShell shell = build(mesh, {.depth = depth, .threads = 1});
+        const ThinShell shell = build(mesh, {.depth = depth, .run = {.threads = 1}});
         const std::uint64_t taken = shell.info().surface_cells > 0 ? peak_bytes() - before : 0;
         _exit(write(ends[1], &taken, sizeof taken) == sizeof taken ? 0 : 1);
     }

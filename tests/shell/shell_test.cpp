@@ -6,6 +6,7 @@
 
 #include "geometry/vec3.h"
 #include "its/inspect.h"
+#include "shell/access.h"
 #include "shell/budget.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
@@ -107,7 +108,7 @@ TEST(Shell, CertifiedAndCandidatesAgree) {
 TEST(Shell, LocalBoundsHoldOnSamples) {
     for (const auto& entry : zoo::all()) {
         const ThinShell shell = build_at(entry.mesh, 5);
-        const shell::ShellData& data = shell.data();
+        const shell::ShellData& data = shell::Access::data(shell);
         for_samples(entry.mesh, 5000, [&](const Vec3& p) {
             const Vec3 u = data.lattice.to_lattice(p);
             const std::uint64_t cell =
@@ -140,13 +141,14 @@ TEST(Shell, EpsilonsAreAttained) {
 void expect_same_bits(const ThinShell& a, const ThinShell& b, double scale = 1) {
     EXPECT_EQ(a.info().epsilon_inner * scale, b.info().epsilon_inner);
     EXPECT_EQ(a.info().epsilon_outer * scale, b.info().epsilon_outer);
-    EXPECT_EQ(a.data().field.values, b.data().field.values);
-    EXPECT_EQ(a.data().surface.lower, b.data().surface.lower);
-    EXPECT_EQ(a.data().surface.upper, b.data().surface.upper);
-    EXPECT_EQ(a.data().surface.lists.offset, b.data().surface.lists.offset);
-    EXPECT_EQ(a.data().surface.lists.bytes, b.data().surface.lists.bytes);
-    for (std::size_t k = 0; k < a.data().octree.levels.size(); ++k)
-        EXPECT_EQ(a.data().octree.levels[k].parent, b.data().octree.levels[k].parent);
+    EXPECT_EQ(shell::Access::data(a).field.values, shell::Access::data(b).field.values);
+    EXPECT_EQ(shell::Access::data(a).surface.lower, shell::Access::data(b).surface.lower);
+    EXPECT_EQ(shell::Access::data(a).surface.upper, shell::Access::data(b).surface.upper);
+    EXPECT_EQ(shell::Access::data(a).surface.lists.offset, shell::Access::data(b).surface.lists.offset);
+    EXPECT_EQ(shell::Access::data(a).surface.lists.bytes, shell::Access::data(b).surface.lists.bytes);
+    for (std::size_t k = 0; k < shell::Access::data(a).octree.levels.size(); ++k)
+        EXPECT_EQ(shell::Access::data(a).octree.levels[k].parent,
+                  shell::Access::data(b).octree.levels[k].parent);
 }
 
 TEST(Invariance, AnyNumberOfThreadsGivesTheSameBits) {
@@ -174,8 +176,11 @@ TEST(Invariance, TriangleOrderDoesNotMatter) {
         const double tolerance = 1e-12 * a.info().scale;
         EXPECT_NEAR(a.info().epsilon_inner, b.info().epsilon_inner, tolerance) << entry.name;
         EXPECT_NEAR(a.info().epsilon_outer, b.info().epsilon_outer, tolerance) << entry.name;
-        EXPECT_EQ(a.data().octree.levels[0].parent, b.data().octree.levels[0].parent) << entry.name;
-        EXPECT_EQ(a.data().octree.levels[0].mask, b.data().octree.levels[0].mask) << entry.name;
+        EXPECT_EQ(shell::Access::data(a).octree.levels[0].parent,
+                  shell::Access::data(b).octree.levels[0].parent)
+            << entry.name;
+        EXPECT_EQ(shell::Access::data(a).octree.levels[0].mask, shell::Access::data(b).octree.levels[0].mask)
+            << entry.name;
     }
 }
 
@@ -244,7 +249,7 @@ TEST(Build, OverTheMemoryLimitItNamesTheLargestDepthThatFits) {
 }
 
 std::uint64_t pairs_of(const ThinShell& shell) {
-    const shell::ShellData& data = shell.data();
+    const shell::ShellData& data = shell::Access::data(shell);
     return shell::unpack_lists(data.octree.levels[0], data.surface.lists, data.mesh.triangles.size())
         .triangle.size();
 }

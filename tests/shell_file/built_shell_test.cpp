@@ -9,6 +9,7 @@
 #include "its/mesh_file.h"
 #include "its/query.h"
 #include "its/shell_file.h"
+#include "shell/access.h"
 #include "shell/validate.h"
 #include "shell_file/shell_file.h"
 #include "support/zoo.h"
@@ -32,10 +33,11 @@ protected:
 
     void expect_round_trip(const ThinShell& shell, const std::string& name) {
         SCOPED_TRACE(name);
-        EXPECT_NO_THROW(shell::validate(shell.data()));
+        EXPECT_NO_THROW(shell::validate(shell::Access::data(shell)));
         save(shell, path_);
         const ThinShell loaded = load(path_);
-        EXPECT_EQ(shell_file::encode(loaded.data()), shell_file::encode(shell.data()));
+        EXPECT_EQ(shell_file::encode(shell::Access::data(loaded)),
+                  shell_file::encode(shell::Access::data(shell)));
         EXPECT_EQ(loaded.info().sign_reason, shell.info().sign_reason);
         EXPECT_EQ(loaded.mesh().triangles, shell.mesh().triangles);
         EXPECT_EQ(loaded.mesh().vertices, shell.mesh().vertices);
@@ -68,15 +70,14 @@ TEST_F(BuiltShell, RoundTripOfARealMesh) {
 
 TEST_F(BuiltShell, SameBytesForAnyNumberOfThreads) {
     for (const Mesh& mesh : {zoo::twisted_knot(60, 12), zoo::soup(300, 7)})
-        EXPECT_EQ(shell_file::encode(build_at(mesh, 6, 1).data()),
-                  shell_file::encode(build_at(mesh, 6, 2).data()));
+        EXPECT_EQ(encode(build_at(mesh, 6, 1)), encode(build_at(mesh, 6, 2)));
 }
 
 /// Damage behind mended checksums that a quick load lets through: queries give some answer and come back.
 TEST_F(BuiltShell, QueriesOfQuicklyLoadedDamageComeBack) {
     std::mt19937_64 random(20240);
     const Mesh mesh = zoo::tetrahedron();
-    const std::vector<std::byte> good = shell_file::encode(build_at(mesh, 4).data());
+    const std::vector<std::byte> good = encode(build_at(mesh, 4));
     int used = 0;
     for (int round = 0; round < 300; ++round) {
         std::vector<std::byte> file = good;
@@ -87,8 +88,7 @@ TEST_F(BuiltShell, QueriesOfQuicklyLoadedDamageComeBack) {
         }
         shell_file::mend_checksums(file);
         try {
-            const ThinShell shell(
-                std::make_shared<const shell::ShellData>(shell_file::decode(file, "shell", LoadCheck::quick)));
+            const ThinShell shell = decode(file, {.check = LoadCheck::quick});
             const Query query(shell);
             for (int i = 0; i < 300; ++i) {
                 Vec3 p = mesh.vertices[random() % mesh.vertices.size()];
@@ -108,7 +108,7 @@ TEST_F(BuiltShell, QueriesOfQuicklyLoadedDamageComeBack) {
 }
 
 TEST_F(BuiltShell, CutAndFlippedFilesAreRefused) {
-    std::vector<std::byte> file = shell_file::encode(build_at(zoo::tetrahedron(), 3).data());
+    std::vector<std::byte> file = encode(build_at(zoo::tetrahedron(), 3));
     std::mt19937_64 random(20240);
     for (int i = 0; i < 500; ++i) {
         EXPECT_THROW(shell_file::decode(std::span(file).first(random() % file.size())), InputError);

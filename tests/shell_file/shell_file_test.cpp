@@ -18,6 +18,7 @@
 #include "its/picture.h"
 #include "its/shell_file.h"
 #include "its/verify.h"
+#include "shell/access.h"
 #include "shell/validate.h"
 #include "shell_file/hand_made.h"
 #include "support/edit.h"
@@ -112,9 +113,7 @@ protected:
     std::size_t files() const {
         return std::size_t(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
     }
-    static ThinShell shell(shell::ShellData data) {
-        return ThinShell(std::make_shared<const shell::ShellData>(std::move(data)));
-    }
+    static ThinShell shell(shell::ShellData data) { return shell::Access::make(std::move(data)); }
 
     fs::path folder_;
 };
@@ -123,7 +122,7 @@ TEST_F(ShellFile, RoundTripKeepsEveryBit) {
     for (const shell::ShellData& data : {one_level(), two_levels()}) {
         save(shell(data), folder_ / "a.its");
         const ThinShell loaded = load(folder_ / "a.its");
-        expect_same(data, loaded.data());
+        expect_same(data, shell::Access::data(loaded));
         save(loaded, folder_ / "b.its");
         EXPECT_EQ(read_file(folder_ / "a.its"), read_file(folder_ / "b.its"));
         EXPECT_EQ(read_file(folder_ / "a.its"), shell_file::encode(data));
@@ -223,7 +222,7 @@ TEST_F(ShellFile, RandomBytesBehindTheHeader) {
 /// Reads all that a shell has and all that is computed from it.
 double use(shell::ShellData data) {
     const octree::Lattice lattice = data.lattice;
-    const ThinShell thin(std::make_shared<const shell::ShellData>(std::move(data)));
+    const ThinShell thin = shell::Access::make(std::move(data));
     double sum = double(thin.grid_points()) + double(thin.mesh().triangles.size());
     const auto side = std::int64_t{lattice.cells()};
     for (std::int64_t i = 0; i < (2 * side + 1) * (2 * side + 1) * (2 * side + 1); ++i) {
@@ -231,11 +230,11 @@ double use(shell::ShellData data) {
         const Vec3 p = lattice.position({i % n / 2, i / n % n / 2, i / n / n / 2});
         sum += thin.value(p) + thin.gradient(p).x;
     }
-    const octree::Level& level = thin.data().octree.levels[0];
+    const octree::Level& level = shell::Access::data(thin).octree.levels[0];
     for (std::uint64_t g = 0; g < level.groups(); ++g)
         for (int child = 0; child < 8; ++child)
-            for (const std::uint32_t t : thin.data().triangles(g, child))
-                sum += double(thin.data().mesh.triangles[t][0]);
+            for (const std::uint32_t t : shell::Access::data(thin).triangles(g, child))
+                sum += double(shell::Access::data(thin).mesh.triangles[t][0]);
     (void)slice(thin, {.axis = 2, .at = 0.5, .size = 64, .cells = true, .run = {.threads = 1}});
     (void)verify(thin, thin.mesh(), {.samples = 10, .seed = 1, .grid_samples = 10, .run = {.threads = 1}});
     return sum;
@@ -290,9 +289,9 @@ TEST_F(ShellFile, AMappedShellOutlivesItsName) {
     save(shell(two_levels()), folder_ / "a.its");
     const ThinShell mapped = load(folder_ / "a.its", {.check = LoadCheck::quick});
     save(shell(one_level()), folder_ / "a.its");
-    expect_same(two_levels(), mapped.data());
+    expect_same(two_levels(), shell::Access::data(mapped));
     fs::remove(folder_ / "a.its");
-    expect_same(two_levels(), mapped.data());
+    expect_same(two_levels(), shell::Access::data(mapped));
 }
 
 TEST_F(ShellFile, HugeClaimsTakeNoMemory) {
@@ -364,7 +363,8 @@ TEST_F(ShellFile, OldFilesStayReadable) {
     const fs::path folder = fs::path(ITS_SOURCE_DIR) / "tests/shell_file/data";
     for (const char* name : {"two_levels_v1.its", "two_levels_v2.its"}) {
         for (const bool map : {true, false})
-            expect_same(two_levels(), load(folder / name, {.check = LoadCheck::full, .map = map}).data());
+            expect_same(two_levels(),
+                        shell::Access::data(load(folder / name, {.check = LoadCheck::full, .map = map})));
     }
     EXPECT_EQ(shell_file::encode(two_levels()), read_file(folder / "two_levels_v2.its"));
 }

@@ -7,6 +7,7 @@
 
 #include "its/distance.h"
 #include "its/simplify.h"
+#include "shell/access.h"
 #include "shell/triangle_bounds.h"
 #include "simplify/brute_force.h"
 #include "simplify/deviation.h"
@@ -217,7 +218,7 @@ TEST(TriangleBounds, WhatIsProvenIsSo) {
     std::uniform_real_distribution<double> unit(0, 1);
     for (const int depth : {3, 5, 7}) {
         const ThinShell shell = build(mesh, {.depth = depth});
-        const shell::TriangleBounds bounds(shell.data());
+        const shell::TriangleBounds bounds(shell::Access::data(shell));
         int proven = 0, refuted = 0;
         for (int i = 0; i < 3000; ++i) {
             const Triangle& t = mesh.triangles[random() % mesh.triangles.size()];

@@ -316,8 +316,8 @@ TEST(Simplify, RefusesWhatCannotBe) {
     EXPECT_THAT([] { simplify(zoo::torus(1, 0.4, 20, 10), {.faces = 13}); },
                 ThrowsMessage<OptionError>(HasSubstr("needs at least 14")));
     EXPECT_THROW(simplify({}, {.faces = 10}), InputError);
-    EXPECT_THROW(simplify({{{0, 0, 0}, {1, 0, 0}, {nan, 1, 0}}, {{0, 1, 2}}}, {.faces = 10}), InputError);
-    EXPECT_THROW(simplify({{{0, 0, 0}}, {{0, 1, 2}}}, {.faces = 10}), InputError);
+    EXPECT_THROW(simplify(Mesh{{{0, 0, 0}, {1, 0, 0}, {nan, 1, 0}}, {{0, 1, 2}}}, {.faces = 10}), InputError);
+    EXPECT_THROW(simplify(Mesh{{{0, 0, 0}}, {{0, 1, 2}}}, {.faces = 10}), InputError);
     EXPECT_THROW(simplify(zoo::overlapping_spheres(3), {.faces = 100, .no_self_intersections = true}),
                  InputError);
 }

@@ -35,4 +35,7 @@ Violations check_silence(const std::filesystem::path& root);
 /// src/base/platform and cli/platform.cpp alone.
 Violations check_platform(const std::filesystem::path& root);
 
+/// No text in src/ speaks of the command line: of an option (two hyphens and a letter) or a command (`its …`).
+Violations check_wording(const std::filesystem::path& root);
+
 }  // namespace its::structure

@@ -100,6 +100,10 @@ TEST(Structure, PlatformsAreNamedInOneRoom) {
     EXPECT_THAT(check_platform(root), IsEmpty());
 }
 
+TEST(Structure, LibraryDoesNotSpeakOfTheCommandLine) {
+    EXPECT_THAT(check_wording(root), IsEmpty());
+}
+
 TEST(Structure, EachPublicHeaderCompilesAlone) {
     int headers = 0;
     for (const auto& entry : fs::directory_iterator(root / "include" / "its")) {
@@ -181,11 +185,12 @@ TEST(Checker, FindsAVerifierThatSharesCodeWithTheBuilder) {
 TEST(Checker, FindsCallsOfTheBuilderInTheVerifier) {
     // its::verifier::View::group, its::Stage::advance, its::operator+(its::Vec3, its::Vec3),
     // its::ThinShell::data() const, a lambda of its::verifier::judge, std::vector<its::octree::Level>::size.
-    EXPECT_THAT(check_verifier_symbols({"_ZNK3its8verifier4View5groupEiRKSt5arrayIjLm3EE",
-                                        "_ZN3its5Stage7advanceEm", "_ZN3itsplENS_4Vec3ES0_",
-                                        "_ZNK3its9ThinShell4dataEv", "_ZZN3its8verifier5judgeEvENKUlvE_clEv",
-                                        "_ZNKSt6vectorIN3its6octree5LevelESaIS2_EE4sizeEv", "main"}),
-                IsEmpty());
+    EXPECT_THAT(
+        check_verifier_symbols({"_ZNK3its8verifier4View5groupEiRKSt5arrayIjLm3EE", "_ZN3its5Stage7advanceEm",
+                                "_ZN3itsplENS_4Vec3ES0_", "_ZN3its5shell6Access4dataERKNS_9ThinShellE",
+                                "_ZZN3its8verifier5judgeEvENKUlvE_clEv",
+                                "_ZNKSt6vectorIN3its6octree5LevelESaIS2_EE4sizeEv", "main"}),
+        IsEmpty());
     EXPECT_THAT(
         check_verifier_symbols({"_ZNK3its6octree5RanksixEm", "_ZN3its6octree13morton_encodeERKSt5arrayIjLm3EE",
                                 "_ZN3its5buildERKNS_4MeshERKNS_12BuildOptionsEPNS_10BuildTimesE",
@@ -226,6 +231,14 @@ TEST(Checker, FindsASecondVersion) {
 TEST(Checker, FindsALibraryThatPrints) {
     const FakeTree tree{{"src/mesh/a.cpp", "\nvoid f() { std::cerr << 1; }\n"}};
     EXPECT_THAT(check_silence(tree.path), ElementsAre(HasSubstr("a.cpp:2: uses std::cerr")));
+}
+
+TEST(Checker, FindsWordsOfTheCommandLine) {
+    const FakeTree tree{{"src/base/a.cpp",
+                         "f(\"n\"); --count;  // as --sign\n"
+                         "throw Error(\"use --sign\");\n"
+                         "throw Error(\"rebuild it with `its build`\");\n"}};
+    EXPECT_THAT(check_wording(tree.path), ElementsAre(HasSubstr("a.cpp:2:"), HasSubstr("a.cpp:3:")));
 }
 
 TEST(Checker, FindsAHeaderThatDoesNotCompileAlone) {

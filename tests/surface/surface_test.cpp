@@ -12,6 +12,7 @@
 #include "its/distance.h"
 #include "its/inspect.h"
 #include "its/mesh_file.h"
+#include "shell/access.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
 #include "surface/cgal_judge.h"
@@ -129,7 +130,7 @@ TEST(Surface, MovesTheLevelNoFartherThanNeeded) {
 
 /// Finds the crossed cells among all cells of the lattice, by evaluating f at all its points.
 void expect_all_cells(const ThinShell& shell, double low, double high) {
-    const shell::ShellData& data = shell.data();
+    const shell::ShellData& data = shell::Access::data(shell);
     std::map<octree::Cell, std::array<double, 8>> found;
     for (const surface::LevelCell& cell : surface::find_level_cells(data.octree, data.field, low, high, {}))
         EXPECT_TRUE(found.emplace(cell.at, cell.value).second) << "twice";
@@ -165,7 +166,7 @@ TEST(LevelCells, AreThoseOfADenseLattice) {
     for (const auto& mesh : {zoo::twisted_knot(60, 12), zoo::soup(9, 2), zoo::plate(0.01)})
         for (const int depth : {0, 1, 3, 4}) {
             const ThinShell shell = build_at(mesh, depth);
-            const double epsilon = shell.data().epsilon_outer;
+            const double epsilon = shell::Access::data(shell).epsilon_outer;
             for (const auto& [low, high] :
                  {std::pair(epsilon, epsilon), {0.0, 0.5}, {-0.7, -0.7}, {2.3, 2.3}, {5.1, 5.1}})
                 expect_all_cells(shell, low, high);

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "geometry/vec3.h"
+#include "shell/access.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
 #include "verify/proof.h"
@@ -191,10 +192,10 @@ TEST(View, ValueIsTheSumOfHats) {
     BuildOptions options;
     options.depth = 3;
     const ThinShell shell = build(mesh, options);
-    const HatSum sum(shell.data());
-    const View view(shell.data());
+    const HatSum sum(shell::Access::data(shell));
+    const View view(shell::Access::data(shell));
     Random random;
-    const double n = shell.data().lattice.cells();
+    const double n = shell::Access::data(shell).lattice.cells();
     for (int i = 0; i < 300; ++i) {
         const Vec3 p = {n * random.unit(), n * random.unit(), n * random.unit()};
         EXPECT_NEAR(double(view.value({p.x, p.y, p.z})), sum.value(p), 1e-12 * n);

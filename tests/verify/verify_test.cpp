@@ -11,6 +11,7 @@
 #include "its/inspect.h"
 #include "its/mesh_file.h"
 #include "its/verify.h"
+#include "shell/access.h"
 #include "shell/shell_data.h"
 #include "support/edit.h"
 #include "support/zoo.h"
@@ -55,7 +56,7 @@ BuildOptions at_depth(int depth) {
 }
 
 ThinShell shell_of(const shell::ShellData& data) {
-    return ThinShell(std::make_shared<const shell::ShellData>(data));
+    return shell::Access::make(data);
 }
 
 /// A shell to tamper with.
@@ -64,7 +65,7 @@ struct Tampered {
     shell::ShellData data;
 
     explicit Tampered(int depth = 4, const Mesh& of = zoo::torus(1.0, 0.35, 24, 12))
-        : mesh(of), data(build(of, at_depth(depth)).data()) {}
+        : mesh(of), data(shell::Access::data(build(of, at_depth(depth)))) {}
 
     VerifyReport report(VerifyOptions options = quick()) const { return verify(shell_of(data), mesh, options); }
 

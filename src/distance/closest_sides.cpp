@@ -4,27 +4,58 @@
 #include <array>
 #include <vector>
 
+#include "base/names.h"
 #include "base/parallel.h"
 #include "distance/closest_point.h"
+#include "distance/searchable.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
-#include "its/inspect.h"
-#include "its/query.h"
+#include "its/distance.h"
 #include "mesh/merged.h"
 #include "mesh/normals.h"
-#include "shell/shell_data.h"
 
 namespace its {
 
+namespace {
+
+constexpr Named<Side> sides[] = {
+    {Side::inside, "inside"}, {Side::on_surface, "on_surface"}, {Side::outside, "outside"}};
+
+/// \throws InputError unless the uses of an edge one way and the other cancel
+void require_balanced(std::span<const mesh::EdgeUse> uses) {
+    const auto upwards = std::ranges::count_if(uses, &mesh::EdgeUse::upwards);
+    if (2 * upwards != std::ssize(uses))
+        throw InputError(fmt::format(
+            "sides by closest points: an edge of triangle {} is not matched by its opposite, so that "
+            "the mesh has no inside; close and orient it",
+            uses[0].triangle));
+}
+
+mesh::Merged merged(const mesh::Arrays& mesh) {
+    distance::require_searchable(mesh);
+    return mesh::merge(mesh);
+}
+
+}  // namespace
+
+std::string_view name(Side side) {
+    return name_in(sides, side);
+}
+
+std::optional<Side> parse_side(std::string_view name) {
+    return value_in(sides, name);
+}
+
 struct ClosestSides::Data {
-    explicit Data(const Mesh& source)
-        : mesh(mesh::merge(source)),
+    explicit Data(const mesh::Arrays& source)
+        : mesh(merged(source)),
           tree(mesh.points, mesh.triangles),
           at_vertex(mesh::vertex_normals(mesh.points, mesh.triangles)),
           at_edge(mesh.triangles.size()) {
         mesh::for_edges(
             mesh, [&](std::size_t t) { return !mesh::repeats_corner(mesh.triangles[t]); },
             [&](std::uint32_t low, std::span<const mesh::EdgeUse> uses) {
+                require_balanced(uses);
                 Vec3 sum;
                 for (const mesh::EdgeUse& use : uses) {
                     const Vec3 n = mesh::area_vector(mesh.points, mesh.triangles[use.triangle]);
@@ -63,12 +94,9 @@ struct ClosestSides::Data {
     std::vector<std::array<Vec3, 3>> at_edge;  ///< of a triangle, opposite of each corner; of any length
 };
 
-ClosestSides::ClosestSides(const ThinShell& shell, const Run& run) {
-    if (shell.info().sign != SignRule::winding)
-        throw OptionError(
-            "sides by closest points: the mesh must be closed, and its shell's sign rule winding; use "
-            "Query::classify()");
-    data_ = with_threads(run.threads, [&] { return std::make_shared<const Data>(shell.mesh()); });
+ClosestSides::ClosestSides(const MeshView& mesh, const Run& run) {
+    const mesh::Native native(mesh);
+    data_ = with_threads(run.threads, [&] { return std::make_shared<const Data>(native); });
 }
 
 Side ClosestSides::side(const Vec3& point) const {
