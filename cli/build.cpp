@@ -99,11 +99,12 @@ Built build_and_save(const Options& options, const Mesh& mesh) {
     return {.shell = shell, .write = writing.seconds()};
 }
 
-int run(const Options& options) {
+int run(Options options) {
     check_output(options.output, options.mesh);
     const Stopwatch reading;
-    const MeshFile file = read_mesh_with_warnings(options.mesh);
+    const MeshFile file = read_mesh_with_warnings(options.mesh, options.common);
     const double read = reading.seconds();
+    options.build.max_memory = options.common.memory_beside(memory_of(file.mesh));
     const std::optional<ThinShell> stored = stored_shell(options, file.mesh);
     Built built = stored ? Built{.shell = *stored, .unchanged = true} : build_and_save(options, file.mesh);
     built.read = read;
@@ -137,12 +138,6 @@ Action add_build(CLI::App& app) {
     add_choice(app, "--solver", choices_of({Solver::direct, Solver::lscg}), options->build.solver,
                "How coefficients are found")
         ->type_name("WAY");
-    app.add_option_function<std::string>(
-           "--max-memory",
-           [options](const std::string& text) { options->build.max_memory = parse_size("--max-memory", text); },
-           "Refuse to take more: bytes, or with K, M, G, T (powers of 1000);\n"
-           "default: three quarters of what is free; --depth auto stays within it")
-        ->type_name("SIZE");
     app.add_flag("--force", options->force,
                  "Build even if the output already holds this shell: same mesh, options and version");
     options->common.declare(app, "its build model.stl -o model.its --depth 8");

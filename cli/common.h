@@ -41,10 +41,17 @@ class ProgressBar;
 struct CommonOptions {
     bool json = false;
     bool quiet = false;
-    int threads = 0;  ///< 0: all
+    int threads = 0;               ///< 0: all
+    std::uint64_t max_memory = 0;  ///< bytes of the whole process; 0: three quarters of what is free
 
-    /// Declares --json, --quiet and --threads, and adds the example line to the help.
+    /// Declares --json, --quiet, --threads and --max-memory, and adds the example line to the help.
     void declare(CLI::App& app, const std::string& example);
+
+    /// Bytes that a call may take while the program holds `held` bytes of input; 0: three quarters of what is
+    /// free. \throws MemoryError if the program and its input leave nothing
+    std::uint64_t memory_beside(std::uint64_t held) const;
+    /// \throws MemoryError if `what`, of about `bytes`, is more than memory_beside(held)
+    void require_memory(std::uint64_t bytes, std::uint64_t held, const std::string& what) const;
 
     /// How the library is to run: with that number of threads, on the bar if there is one.
     Run run() const { return {.threads = threads}; }
@@ -104,7 +111,13 @@ auto naming_file(const std::filesystem::path& file, F&& fn) {
 }
 
 /// Reads a mesh, and prints its warnings to standard error. \throws Error, Cancelled.
-MeshFile read_mesh_with_warnings(const std::filesystem::path& path, const ReadOptions& options = {});
+MeshFile read_mesh_with_warnings(const std::filesystem::path& path, const CommonOptions& common,
+                                 const ReadOptions& options = {});
+
+/// Bytes that a mesh takes.
+std::uint64_t memory_of(const Mesh& mesh);
+/// Bytes of a file, 0 if it has none; what is wrong with it is said where it is read.
+std::uint64_t size_of(const std::filesystem::path& path);
 
 /// Reads a shell. \throws Error that names the file
 ThinShell load_shell(const std::filesystem::path& path, const CommonOptions& options,

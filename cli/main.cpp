@@ -126,7 +126,8 @@ int main(int argc, char** argv) {
     } catch (const its::Error& error) {
         print_message("error", error.what());
     } catch (const std::bad_alloc&) {
-        print_message("error", "out of memory; choose a smaller --depth or set --max-memory");
+        print_message("error",
+                      "out of memory: less was free than the estimate said; --max-memory sets a limit");
     } catch (const std::exception& error) {
         print_message("error", fmt::format("internal error: {}; please report it", error.what()));
     }

@@ -83,6 +83,13 @@ Answers ask(const Options& options, const Query& query, const std::optional<Clos
     return answers;
 }
 
+/// Bytes that a point's answers take.
+std::uint64_t answer_bytes(const Options& options) {
+    const std::uint64_t number = sizeof(double);
+    return 1 + (options.value ? number : 0) + (options.gradient ? sizeof(Vec3) + 3 * number : 0) +
+           (options.closest ? sizeof(ClosestPoint) + 5 * number : 0);
+}
+
 /// The codes' names and how many points have each.
 std::vector<std::pair<std::string, std::uint64_t>> counts(const Options& options,
                                                           const std::vector<std::int8_t>& codes) {
@@ -148,7 +155,11 @@ int run(const Options& options) {
         return load_shell(options.shell, options.common, check);
     });
     stop_if_interrupted();
+    const std::uint64_t file_bytes = size_of(options.points), shell_bytes = size_of(options.shell);
+    options.common.require_memory(2 * file_bytes, shell_bytes, "reading the points");
     const std::vector<Vec3> points = timed(seconds.read, [&] { return read_points(options.points); });
+    options.common.require_memory(answer_bytes(options) * points.size() + shell_bytes / 2,
+                                  shell_bytes + points.size() * sizeof(Vec3), "answering");
     std::optional<ClosestPoints> closest;
     const Query query = timed(seconds.index, [&] {
         if (options.closest) closest.emplace(shell.mesh_view(), options.common.run());

@@ -140,12 +140,18 @@ std::optional<Measured> measure(const Options& options, const Mesh& mesh, const 
 int run(const Options& options) {
     check_output(options.output, options.mesh);
     const Stopwatch reading;
-    const MeshFile file = read_mesh_with_warnings(options.mesh, {.attributes = !options.no_attributes});
+    const MeshFile file =
+        read_mesh_with_warnings(options.mesh, options.common, {.attributes = !options.no_attributes});
     const double read = reading.seconds();
 
     ProgressBar bar(options.common.quiet);
     SimplifyOptions simplify_options = options.simplify;
     simplify_options.run = options.common.run(bar);
+    // Half-edges, quadrics, queue and proof: 500 bytes a triangle were measured, and a shell's, if any,
+    // besides.
+    const std::uint64_t collapsing = 550 * file.mesh.triangles.size();
+    options.common.require_memory(collapsing, memory_of(file.mesh), "simplifying");
+    simplify_options.max_memory = options.common.memory_beside(memory_of(file.mesh) + collapsing);
     // STL keeps 32-bit numbers: what is proven must hold for what is written.
     const std::string extension =
         CLI::detail::to_lower(std::filesystem::path(options.output).extension().string());
@@ -201,13 +207,6 @@ Action add_simplify(CLI::App& app) {
                    "Points for the measured distances, each way; 0: none; default 200,000")
         ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000'000}))
         ->type_name("N");
-    app.add_option_function<std::string>(
-           "--max-memory",
-           [options](const std::string& text) {
-               options->simplify.max_memory = parse_size("--max-memory", text);
-           },
-           "Refuse to take more for the shell: bytes, or with K, M, G, T (powers of 1000)")
-        ->type_name("SIZE");
     options->common.declare(app, "its simplify model.stl -o small.stl --tolerance 0.1");
     return [options] { return run(*options); };
 }

@@ -47,8 +47,12 @@ int run(const Options& options) {
     SliceOptions slice_options = options.slice;
     slice_options.run = options.common.run();
     std::optional<MeshFile> mesh;
-    if (!options.mesh.empty()) mesh = read_mesh_with_warnings(options.mesh);
+    if (!options.mesh.empty()) mesh = read_mesh_with_warnings(options.mesh, options.common);
     if (mesh) slice_options.mesh = mesh->mesh;
+    // Values, lines and colours of each pixel, with margins: 15 bytes were measured.
+    const std::uint64_t pixels = std::uint64_t(options.slice.size) * std::uint64_t(options.slice.size);
+    options.common.require_memory(20 * pixels + 4'000'000,
+                                  size_of(options.shell) + (mesh ? memory_of(mesh->mesh) : 0), "the picture");
     const Stopwatch watch;
     const Image image = naming_file(options.shell, [&] { return slice(shell, slice_options); });
     const double seconds = watch.seconds();

@@ -64,10 +64,16 @@ void print_report(const VerifyReport& report, const ShellInfo& info) {
 
 int run(const Options& options) {
     const ThinShell shell = load_shell(options.shell, options.common);
-    const MeshFile file = read_mesh_with_warnings(options.mesh);
+    const MeshFile file = read_mesh_with_warnings(options.mesh, options.common);
+    // Trees over the mesh, a table of the shell's cells and what samples find.
+    options.common.require_memory(250 * file.mesh.triangles.size() + size_of(options.shell) / 2,
+                                  memory_of(file.mesh) + size_of(options.shell), "verifying");
     ProgressBar bar(options.common.quiet);
     VerifyOptions verify_options = options.verify;
     verify_options.run = options.common.run(bar);
+    CommonOptions of_build;
+    of_build.max_memory = options.verify.build_memory;
+    verify_options.build_memory = of_build.memory_beside(memory_of(file.mesh));
     const VerifyReport report =
         naming_file(options.mesh, [&] { return verify(shell, file.mesh, verify_options); });
     bar.clear();

@@ -311,9 +311,30 @@ TEST_F(Commands, SameBytesForAnyNumberOfThreads) {
 
 TEST_F(Commands, DepthIsChosenWithinTheMemory) {
     const int free = run_json({"build", mesh, "-o", shell})["depth"].get<int>();
-    const json tight = run_json({"build", mesh, "-o", shell, "--max-memory", "2M"});
+    const json tight = run_json({"build", mesh, "-o", shell, "--max-memory", "42M"});  // 40 are the program's
     EXPECT_LE(tight["depth"].get<int>(), free);
     EXPECT_LE(tight["memory_bytes"].get<double>(), 2e6);
+}
+
+TEST_F(Commands, AllKeepToTheMemoryThatIsAllowed) {
+    ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "6"}).status, 0);
+    const std::string points = shop.add("points.csv", std::string("0,0,0\n1,2,3\n"));
+    const std::vector<std::vector<std::string>> commands = {
+        {"check", mesh},
+        {"build", mesh, "-o", shell, "--depth", "8"},
+        {"info", shell},
+        {"query", shell, points, "-o", shop.path("answers.csv")},
+        {"simplify", mesh, "-o", shop.path("small.obj"), "--faces", "8"},
+        {"slice", shell, "-o", shop.path("slice.png")},
+        {"verify", shell, mesh}};
+    for (std::vector<std::string> command : commands) {
+        command.insert(command.end(), {"--max-memory", "30M"});
+        const Result result = run(command);
+        EXPECT_EQ(result.status, 2) << command[0];
+        EXPECT_THAT(result.error, HasSubstr("memory")) << command[0];
+        command.back() = "4G";
+        EXPECT_EQ(run(command).status, 0) << command[0];
+    }
 }
 
 TEST_F(Commands, NoProgressBarInAPipe) {

@@ -176,7 +176,7 @@ TEST(Output, ExistingFileIsUntouchedByFailure) {
     const std::string shell = shop.add("a.its", std::string("keep me"));
     const std::string picture = shop.add("a.png", std::string("keep me too"));
     expect_refused(run({"build", broken, "-o", shell}), broken);
-    expect_refused(run({"build", mesh, "-o", shell, "--depth", "10", "--max-memory", "1K"}), "depth");
+    expect_refused(run({"build", mesh, "-o", shell, "--depth", "10", "--max-memory", "41M"}), "depth");
     expect_refused(run({"slice", shell, "-o", picture}), shell);
     EXPECT_EQ(content(shell), "keep me");
     EXPECT_EQ(content(picture), "keep me too");
