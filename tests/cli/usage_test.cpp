@@ -60,7 +60,8 @@ std::vector<std::string> listed_commands() {
 }
 
 TEST(Help, OfEveryCommandIsInTheGuide) {
-    const std::vector<std::string> common = {"-h,--help", "-o,--output", "--json", "-q,--quiet", "--threads"};
+    const std::vector<std::string> common = {"-h,--help",  "-o,--output", "--json",
+                                             "-q,--quiet", "--threads",   "--max-memory"};
     const std::string guide = content(std::filesystem::path(ITS_SOURCE_DIR) / "docs" / "cli.md");
     const std::vector<std::string> listed = listed_commands();
     EXPECT_THAT(listed, testing::UnorderedElementsAreArray(commands));
