@@ -9,6 +9,7 @@
 #include "its/mesh_file.h"
 #include "its/shell.h"
 #include "its/shell_file.h"
+#include "parts.h"
 #include "report.h"
 
 namespace its::cli {
@@ -25,6 +26,7 @@ struct Options {
 struct Built {
     ThinShell shell;
     bool unchanged = false;
+    MeshReport mesh = {};
     double read = 0, write = 0;
 };
 
@@ -38,11 +40,19 @@ std::optional<int> parse_depth(const std::string& text) {
     return depth;
 }
 
+std::uint64_t parts_turned(const Options& options, const Built& built) {
+    return options.build.turn_parts && goes_by_directions(built.shell.info().sign) ? built.mesh.parts.to_turn
+                                                                                   : 0;
+}
+
 void print_report(const Options& options, const Built& built) {
     const std::string file =
         fmt::format("{}, {}", options.output, bytes_text(std::filesystem::file_size(options.output)));
     Table table;
     add_shell_rows(table, built.shell, options.common.run());
+    add_part_rows(table, built.mesh.parts);
+    if (options.build.turn_parts)
+        table.row("Parts turned", count_text(parts_turned(options, built)) + " by nesting");
     if (built.unchanged) {
         table.row("Unchanged", file + ": built from this mesh with these options; --force builds anew");
     } else {
@@ -64,6 +74,11 @@ void print_build_json(const Options& options, const MeshFile& file, const Built&
     json["mesh"]["file"] = options.mesh;
     json["mesh"]["format"] = file.format;
     json["mesh"]["warnings"] = file.warnings;
+    json["mesh"]["turned"] = built.mesh.turned;
+    json["mesh"]["repaired"] = built.mesh.repaired;
+    json["mesh"]["separating"] = built.mesh.separating;
+    json["mesh"]["parts"] = parts_json(built.mesh.parts);
+    json["mesh"]["parts"]["turned"] = parts_turned(options, built);
     json["file"] = options.output;
     json["file_bytes"] = std::filesystem::file_size(options.output);
     json["unchanged"] = built.unchanged;
@@ -91,12 +106,13 @@ Built build_and_save(const Options& options, const Mesh& mesh) {
     ProgressBar bar(options.common.quiet);
     BuildOptions build_options = options.build;
     build_options.run = options.common.run(bar);
-    const ThinShell shell = naming_file(options.mesh, [&] { return build(mesh, build_options); });
+    MeshReport report;
+    const ThinShell shell = naming_file(options.mesh, [&] { return build(mesh, build_options, &report); });
     bar.clear();
     stop_if_interrupted();
     const Stopwatch writing;
     save(shell, options.output, options.common.run());
-    return {.shell = shell, .write = writing.seconds()};
+    return {.shell = shell, .mesh = report, .write = writing.seconds()};
 }
 
 int run(Options options) {
@@ -106,8 +122,12 @@ int run(Options options) {
     const double read = reading.seconds();
     options.build.max_memory = options.common.memory_beside(memory_of(file.mesh));
     const std::optional<ThinShell> stored = stored_shell(options, file.mesh);
-    Built built = stored ? Built{.shell = *stored, .unchanged = true} : build_and_save(options, file.mesh);
+    Built built =
+        stored ? Built{.shell = *stored, .unchanged = true, .mesh = inspect(file.mesh, options.common.run())}
+               : build_and_save(options, file.mesh);
     built.read = read;
+    if (goes_by_directions(built.shell.info().sign))
+        warn_of_parts(options.mesh, built.mesh.parts, options.build.turn_parts);
     if (options.common.json)
         print_build_json(options, file, built);
     else if (!options.common.quiet)
@@ -138,6 +158,8 @@ Action add_build(CLI::App& app) {
     add_choice(app, "--solver", choices_of({Solver::direct, Solver::lscg}), options->build.solver,
                "How coefficients are found")
         ->type_name("WAY");
+    app.add_flag("--turn-parts", options->build.turn_parts,
+                 "Turn closed parts around by nesting: solid, cavity, solid, and so on");
     app.add_flag("--force", options->force,
                  "Build even if the output already holds this shell: same mesh, options and version");
     options->common.declare(app, "its build model.stl -o model.its --depth 8");

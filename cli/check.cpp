@@ -1,11 +1,13 @@
 #include <fmt/core.h>
 
+#include <cmath>
 #include <memory>
 
 #include "common.h"
 #include "its/inspect.h"
 #include "its/mesh.h"
 #include "its/mesh_file.h"
+#include "parts.h"
 #include "report.h"
 
 namespace its::cli {
@@ -14,6 +16,7 @@ namespace {
 struct Options {
     CommonOptions common;
     std::string mesh;
+    bool turn_parts = false;
 };
 
 /// The option to give, and what it does.
@@ -41,7 +44,8 @@ std::string advice_text(SignAdvice advice) {
     return rule ? fmt::format("--sign {} {}", name(*rule), effect()) : "";
 }
 
-void print_check_json(const Options& options, const MeshFile& file, const MeshReport& report) {
+void print_check_json(const Options& options, const MeshFile& file, const MeshReport& report,
+                      std::uint64_t parts_turned) {
     Json json;
     json["file"] = options.mesh;
     json["format"] = file.format;
@@ -65,12 +69,16 @@ void print_check_json(const Options& options, const MeshFile& file, const MeshRe
     json["sign_reason"] = report.sign_reason;
     json["sign_advice"] = advice_text(report.sign_advice);
     json["turned"] = report.turned;
+    json["repaired"] = report.repaired;
     json["separating"] = report.separating;
+    json["parts"] = parts_json(report.parts);
+    json["parts"]["turned"] = parts_turned;
     json["seconds"] = {{"check", report.seconds.total}};
     print_json(json);
 }
 
-void print_report(const Options& options, const MeshFile& file, const MeshReport& report) {
+void print_report(const Options& options, const MeshFile& file, const MeshReport& report,
+                  std::uint64_t parts_turned) {
     const Box& box = report.bounds;
     const auto defects = [](std::uint64_t count, const char* meaning) {
         return count == 0 ? std::string("none") : fmt::format("{:<10} {}", count_text(count), meaning);
@@ -96,9 +104,18 @@ void print_report(const Options& options, const MeshFile& file, const MeshReport
     table.row("Inconsistent edges", defects(report.inconsistent_edges, "run through twice the same way"));
     table.row("Unbalanced edges", defects(report.unbalanced_edges, "not run through as often each way"));
     table.row("Odd edges", defects(report.odd_edges, "with an odd number of triangles"));
+    if (report.sign == SignRule::generalized || report.separating < 1)
+        table.row("Separating",
+                  fmt::format("{:.1f} % of the area has inside on one side and outside on the other",
+                              std::floor(1000 * report.separating) / 10));
+    add_part_rows(table, report.parts);
+    if (parts_turned > 0) table.row("Parts turned", count_text(parts_turned) + " by nesting, before all this");
     table.row("Sign rule", fmt::format("{}: {}", name(report.sign), report.sign_reason));
     if (report.turned > 0)
         table.row("Turned around", fmt::format("{} of the triangles", count_text(report.turned)));
+    if (report.repaired > 0)
+        table.row("Repaired", fmt::format("{} triangles, which disagreed with those around them",
+                                          count_text(report.repaired)));
     if (report.sign_advice != SignAdvice::none) table.row("Otherwise", advice_text(report.sign_advice));
     table.print();
 }
@@ -107,12 +124,14 @@ int run(const Options& options) {
     const MeshFile file = read_mesh_with_warnings(options.mesh, options.common);
     // Welding, edges by their ends and rays for its sides: 70 bytes a triangle were measured.
     options.common.require_memory(80 * file.mesh.triangles.size(), memory_of(file.mesh), "checking");
-    const MeshReport report =
-        naming_file(options.mesh, [&] { return inspect(file.mesh, options.common.run()); });
+    const its::Run run = options.common.run();
+    MeshReport report = naming_file(options.mesh, [&] { return inspect(file.mesh, run); });
+    const std::uint64_t parts_turned = options.turn_parts ? report.parts.to_turn : 0;
+    if (parts_turned > 0) report = inspect(turn_parts(file.mesh, run), run);
     if (options.common.json)
-        print_check_json(options, file, report);
+        print_check_json(options, file, report, parts_turned);
     else if (!options.common.quiet)
-        print_report(options, file, report);
+        print_report(options, file, report, parts_turned);
     return done;
 }
 
@@ -121,6 +140,8 @@ int run(const Options& options) {
 Action add_check(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();
+    app.add_flag("--turn-parts", options->turn_parts,
+                 "As with closed parts turned around by nesting: solid, cavity, solid, and so on");
     options->common.declare(app, "its check model.stl");
     return [options] { return run(*options); };
 }

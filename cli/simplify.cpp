@@ -8,6 +8,7 @@
 #include "common.h"
 #include "its/distance.h"
 #include "its/mesh_file.h"
+#include "parts.h"
 #include "report.h"
 
 namespace its::cli {
@@ -67,6 +68,10 @@ void print_simplify_json(const Options& options, const MeshFile& file, const Sim
                          {"epsilon_outer", shell.epsilon_outer},
                          {"thickness", shell.thickness()}};
     }
+    if (report.parts) {
+        json["parts"] = parts_json(*report.parts);
+        json["parts"]["turned"] = options.simplify.turn_parts ? report.parts->to_turn : 0;
+    }
     json["attributes"] = {{"names", names_of(file.attributes)},
                           {"seam_edges_before", report.seam_edges_before},
                           {"seam_edges_after", report.seam_edges_after},
@@ -102,6 +107,9 @@ void print_report(const Options& options, const MeshFile& file, const SimplifyRe
                                        length_text(report.shell->epsilon_inner),
                                        length_text(report.shell->epsilon_outer),
                                        report.in_shell ? "; every point of the result is in it, proven" : ""));
+    if (report.parts) add_part_rows(table, *report.parts);
+    if (options.simplify.turn_parts)
+        table.row("Parts turned", count_text(report.parts->to_turn) + " by nesting");
     if (!file.attributes.empty())
         table.row("Attributes", fmt::format("{}{}", fmt::join(names_of(file.attributes), ", "),
                                             report.seam_edges_before == 0
@@ -168,6 +176,8 @@ int run(const Options& options) {
         print_message("warning", fmt::format("{}: {} faces are left, not {}: {}", options.output,
                                              result.report.faces_after, *options.simplify.faces,
                                              reason(result.report.stop)));
+    if (result.report.parts && (options.simplify.turn_parts || goes_by_directions(result.report.shell->sign)))
+        warn_of_parts(options.mesh, *result.report.parts, options.simplify.turn_parts);
     const std::optional<Measured> measured = measure(options, file.mesh, result.mesh);
     if (options.common.json)
         print_simplify_json(options, file, result.report, lost, measured, read, write);
@@ -201,6 +211,8 @@ Action add_simplify(CLI::App& app) {
         ->type_name("GAMMA");
     app.add_flag("--no-self-intersections", simplify.no_self_intersections,
                  "No two triangles of the result meet; those of the mesh must not");
+    app.add_flag("--turn-parts", simplify.turn_parts,
+                 "Turn closed parts around by nesting: solid, cavity, solid, and so on");
     app.add_flag("--no-attributes", options->no_attributes,
                  "Leave out colours, texture coordinates and normals; their seams hold nothing then");
     app.add_option("--samples", options->samples,

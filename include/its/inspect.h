@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "its/mesh.h"
 
@@ -42,6 +43,41 @@ std::optional<SignAdvice> parse_sign_advice(std::string_view name);
 /// The rule that is advised; empty for SignAdvice::none.
 std::optional<SignRule> advised_rule(SignAdvice advice);
 
+/// How a closed part of a mesh faces the wrong way.
+enum class PartFault : std::uint8_t {
+    inside_out,         ///< it faces inward and lies in no other part
+    like_its_container  ///< it lies in another part and faces as that does: no cavity, and no solid in one
+};
+
+/// "inside-out", "like-its-container".
+std::string_view name(PartFault fault);
+/// The fault of that name; empty: there is none.
+std::optional<PartFault> parse_part_fault(std::string_view name);
+
+/// A closed part that faces the wrong way.
+struct WrongPart {
+    PartFault fault = PartFault::inside_out;
+    std::uint64_t triangles = 0;
+    std::uint64_t first_triangle = 0;  ///< the lowest of the part's, in the mesh
+    Box bounds;
+    double volume = 0;        ///< the integral of the part's winding number; < 0: it faces inward
+    std::uint64_t depth = 0;  ///< parts that it lies in
+    /// Its surface crosses that of another part, or those that it lies in cross each other: then what is meant
+    /// is not known, and turn_parts() leaves it as it is.
+    bool overlaps = false;
+};
+
+/// The closed parts of a mesh as `auto` builds it: sets of triangles connected through edges that close without
+/// others. Parts that only touch, at points, along edges or faces, are several. One part lies in another if the
+/// winding number of that, about its points, is not 0.
+struct PartsReport {
+    std::uint64_t closed = 0;       ///< closed parts
+    std::uint64_t nested = 0;       ///< of them, those that lie in another
+    std::uint64_t overlapping = 0;  ///< of them, those whose surface crosses that of another, or is the same
+    std::vector<WrongPart> wrong;   ///< ascending by first_triangle
+    std::uint64_t to_turn = 0;      ///< parts that turn_parts() turns around
+};
+
 /// What is known about a mesh before anything is built from it. Counts are of the mesh as it stands;
 /// vertices with identical coordinates are taken as one for everything topological.
 struct MeshReport {
@@ -63,9 +99,12 @@ struct MeshReport {
     SignRule sign = SignRule::unsigned_rule;  ///< what `auto` chooses
     std::string sign_reason;                  ///< one sentence: why
     SignAdvice sign_advice = SignAdvice::none;
-    std::uint64_t turned = 0;  ///< triangles that `auto` turns around before it builds; see oriented()
-    double separating = 1;     ///< for meshes with boundary that agree about the outside: the share of the area
-                               ///< that separates inside from outside once holes are filled, by 512 samples
+    std::uint64_t turned = 0;    ///< triangles that `auto` turns around before it builds; see oriented()
+    std::uint64_t repaired = 0;  ///< triangles that `auto` turns since they disagree with those around them;
+                                 ///< all triangles are turned besides where the mesh is inside out then
+    double separating = 1;       ///< for meshes with boundary: the share of the area that separates inside from
+                                 ///< outside once directions are repaired and holes are filled, by 512 samples
+    PartsReport parts;           ///< what of the mesh, so turned around, faces the wrong way
     /// Wall clock: the call.
     struct Seconds {
         double total = 0;
@@ -79,5 +118,10 @@ MeshReport inspect(const MeshView& mesh, const Run& run = {});
 /// The mesh as `auto` builds it: triangles that MeshReport::turned counts have their second and third corner
 /// exchanged, all else is the same. Reports no progress. \throws as inspect().
 Mesh oriented(const MeshView& mesh, const Run& run = {});
+
+/// The mesh as `auto` builds it, and its closed parts turned around by nesting: those that lie in no other face
+/// outward, those in them inward, and so on: solid, cavity, solid. Parts that overlap others stay as they are.
+/// Reports no progress. \throws as inspect().
+Mesh turn_parts(const MeshView& mesh, const Run& run = {});
 
 }  // namespace its

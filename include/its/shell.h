@@ -43,6 +43,8 @@ struct BuildOptions {
     /// about four triangles, within max_memory.
     std::optional<int> depth = {};
     std::optional<SignRule> sign = {};  ///< empty: by the state of the mesh, see MeshReport::sign
+    bool turn_parts =
+        false;  ///< build from what turn_parts() makes of the mesh, if the rule goes by directions
     Extrema extrema = Extrema::certified;
     Solver solver = Solver::direct;
     std::uint64_t max_memory = 0;  ///< bytes; 0: three quarters of what is free now
@@ -120,9 +122,10 @@ private:
 
 /// Builds the shell of any mesh, of which it keeps a copy. Method and departures from the paper:
 /// docs/design/README.md.
+/// \param report  if not null, receives what inspect() says about the mesh.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, too far from the origin
 ///         for its size), OptionError, MemoryError (names the largest depth that fits), Cancelled.
-ThinShell build(const MeshView& mesh, const BuildOptions& options = {});
+ThinShell build(const MeshView& mesh, const BuildOptions& options = {}, MeshReport* report = nullptr);
 
 /// A hash of all that the result of build() depends on: the mesh, the options as given (not how they
 /// are to run), and the version of this library. ShellInfo::input_hash has it, so that a stored shell can be

@@ -45,6 +45,7 @@ struct SimplifyOptions {
     std::optional<double> tolerance = {};
     std::optional<int> depth = {};      ///< of the shell, in [0, max_depth]; not for qem
     std::optional<SignRule> sign = {};  ///< of the shell; empty: by the state of the mesh
+    bool turn_parts = false;            ///< simplify what turn_parts() makes of the mesh
     double gamma = 1;  ///< γ ≥ 0 of priority. Errors and f are in units of the longest side of the bounds, and
                        ///< quadric errors weigh a triangle by its share of the mean one: no unit matters
     bool no_self_intersections = false;  ///< the result has none, by exact predicates; M must have none
@@ -79,6 +80,8 @@ struct SimplifyReport {
     std::uint64_t seam_edges_before = 0, seam_edges_after = 0;  ///< where colours or texture coordinates jump
     std::optional<ShellInfo> shell;                             ///< of the shell that was used
     bool in_shell = false;  ///< proven: every point of the result is in the shell
+    /// Of the mesh as it came; empty unless there was a shell or parts were to be turned.
+    std::optional<PartsReport> parts;
     /// Wall clock: building the shell, collapsing, the call.
     struct Seconds {
         double shell = 0, simplify = 0, total = 0;

@@ -11,7 +11,9 @@
 #include "geometry/vec3.h"
 #include "inspect/inspect.h"
 #include "inspect/orient.h"
+#include "inspect/repair.h"
 #include "inspect/sides.h"
+#include "inspect/wrong_parts.h"
 #include "its/inspect.h"
 #include "its/mesh.h"
 #include "mesh/arrays.h"
@@ -135,13 +137,15 @@ double volume_of(const mesh::Merged& mesh, const Box& box) {
     return sum / 6;
 }
 
+/// In whole percent, never more than there is.
 double percent(double share) {
-    return std::round(100 * share);
+    return std::floor(100 * share);
 }
 
 /// The share of the area that must separate inside from outside for a mesh with holes to have an inside.
 constexpr double least_separating = 0.5;
-/// Unbalanced edges per triangle beyond which a mesh is a soup: half of the three that each has.
+/// Edges with an odd number of triangles, per triangle, beyond which a mesh is a soup: half of the three that
+/// each has.
 constexpr double most_open_edges = 1.5;
 
 void all_around(std::vector<std::uint8_t>& turn, std::size_t triangles) {
@@ -172,13 +176,11 @@ void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate
     MeshReport& report = out.report;
     const Patches patches = find_patches(merged);
     const auto balanced = [&](const std::vector<std::uint8_t>& turn) {
-        mesh::Merged turned = merged;
-        for (std::size_t i = 0; i < turn.size(); ++i)
-            if (turn[i] != 0) std::swap(turned.triangles[i][1], turned.triangles[i][2]);
+        const mesh::Merged after{merged.points, turned(merged.triangles, turn)};
         const auto excess = [&](bool with_degenerate) {
-            return count_edges(turned,
+            return count_edges(after,
                                [&](std::size_t i) {
-                                   return !mesh::repeats_corner(turned.triangles[i]) &&
+                                   return !mesh::repeats_corner(after.triangles[i]) &&
                                           (with_degenerate || !degenerate[i]);
                                })
                 .unbalanced;
@@ -191,6 +193,7 @@ void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate
         const std::vector<std::uint8_t> turn = outward_turns(merged, patches, all);
         if (!balanced(turn)) continue;
         out.turn = turn;
+        report.repaired = std::uint64_t(std::count(turn.begin(), turn.end(), 1));
         report.sign = SignRule::winding;
         report.sign_reason =
             "closed, but not all triangles agree about the outside: those that do not are turned around, part "
@@ -205,50 +208,55 @@ void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate
         patches.orientable ? "the parts cannot be turned so that all agree" : "one-sided, like a Klein bottle");
 }
 
+/// What was done to the directions of triangles, as the end of a sentence; empty: nothing.
+std::string repair_text(const Directions& directions) {
+    std::string text;
+    if (directions.repaired > 0)
+        text += fmt::format("; {} triangles that disagreed with most of those around them are turned around",
+                            directions.repaired);
+    if (directions.reversed) text += "; the mesh is inside out, so all triangles are turned around";
+    return text;
+}
+
 /// Some edge has an odd number of triangles: M has a boundary.
 void decide_open(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
     MeshReport& report = out.report;
     report.sign = SignRule::unsigned_rule;
-    if (report.inconsistent_edges > 0) {
-        report.sign_reason = fmt::format(
-            "{} edges are not used equally often in both directions, and at {} two triangles disagree about "
-            "the outside, so there is no inside",
-            report.unbalanced_edges, report.inconsistent_edges);
-        report.sign_advice = SignAdvice::generalized_as_it_is;
-        return;
-    }
-    if (double(report.unbalanced_edges) > most_open_edges * double(report.triangles)) {
+    report.sign_advice =
+        report.inconsistent_edges > 0 ? SignAdvice::generalized_as_it_is : SignAdvice::fill_nevertheless;
+    if (double(report.odd_edges) > most_open_edges * double(report.triangles)) {
         report.separating = 0;
         report.sign_reason = fmt::format(
-            "{} edges are not used equally often in both directions, more than half of what the triangles "
-            "have: a soup, without inside",
-            report.unbalanced_edges);
-        report.sign_advice = SignAdvice::fill_nevertheless;
+            "{} edges have an odd number of triangles, more than half of what the triangles have: a soup, "
+            "without inside",
+            report.odd_edges);
         return;
     }
-    const Sides sides = sample_sides(mesh, merged);
-    const bool reversed = sides.reversed > sides.separates;
-    report.separating = std::max(sides.separates, sides.reversed);
-    const std::string holes =
+    Directions directions = choose_directions(mesh, merged, report.inconsistent_edges);
+    report.separating = directions.separating;
+    std::string state =
         fmt::format("{} edges are not used equally often in both directions", report.unbalanced_edges);
-    if (report.separating < least_separating) {
+    if (report.inconsistent_edges > 0)
+        state += fmt::format(", at {} two triangles disagree about the outside", report.inconsistent_edges);
+    if (directions.inconsistent > 0)
+        state += fmt::format(", at {} of these whatever is turned around", directions.inconsistent);
+    const double needed = report.inconsistent_edges > 0 ? nearly_all : least_separating;
+    if (report.separating < needed) {
         report.sign_reason = fmt::format(
-            "{}, and only {:.0f} % of the area would separate inside from outside with the holes filled (50 % "
-            "is asked for), so there is no inside",
-            holes, percent(report.separating));
-        report.sign_advice = SignAdvice::fill_nevertheless;
+            "{}, and only {:.0f} % of the area would separate inside from outside with the holes filled "
+            "({:.0f} "
+            "% is asked for), so there is no inside",
+            state, percent(report.separating), percent(needed));
         return;
     }
     report.sign = SignRule::generalized;
     report.sign_reason = fmt::format(
-        "{}, but {:.0f} % of the area separates inside from outside with the holes filled (50 % is asked for), "
-        "so generalized winding numbers fill them",
-        holes, percent(report.separating));
+        "{}, but {:.0f} % of the area separates inside from outside with the holes filled ({:.0f} % is asked "
+        "for), so generalized winding numbers fill them{}",
+        state, percent(report.separating), percent(needed), repair_text(directions));
     report.sign_advice = SignAdvice::with_holes_open;
-    if (reversed) {
-        all_around(out.turn, merged.triangles.size());
-        report.sign_reason += "; the mesh is inside out, so all triangles are turned around";
-    }
+    report.repaired = directions.repaired;
+    out.turn = std::move(directions.turn);
 }
 
 void choose_sign(const mesh::Arrays& mesh, const mesh::Merged& merged, const std::vector<bool>& degenerate,
@@ -271,6 +279,9 @@ constexpr Named<SignRule> rules[] = {{SignRule::winding, "winding"},
                                      {SignRule::generalized, "generalized"},
                                      {SignRule::unsigned_rule, "unsigned"},
                                      {SignRule::even_odd, "even-odd"}};
+
+constexpr Named<PartFault> faults[] = {{PartFault::inside_out, "inside-out"},
+                                       {PartFault::like_its_container, "like-its-container"}};
 
 constexpr Named<SignAdvice> advices[] = {{SignAdvice::none, "none"},
                                          {SignAdvice::around_both_sides, "around-both-sides"},
@@ -316,6 +327,14 @@ std::optional<SignRule> advised_rule(SignAdvice advice) {
     return std::nullopt;
 }
 
+std::string_view name(PartFault fault) {
+    return name_in(faults, fault);
+}
+
+std::optional<PartFault> parse_part_fault(std::string_view name) {
+    return value_in(faults, name);
+}
+
 Inspection inspector::examine(const mesh::Arrays& mesh) {
     const mesh::Merged merged = mesh::merge(mesh);
     Inspection out;
@@ -353,6 +372,10 @@ Inspection inspector::examine(const mesh::Arrays& mesh) {
     report.bounds = bounds_of(merged.points);
     report.signed_volume = volume_of(merged, report.bounds);
     choose_sign(mesh, merged, degenerate, out);
+    if (out.turn.empty())
+        examine_parts(merged, out);
+    else
+        examine_parts({merged.points, turned(merged.triangles, out.turn)}, out);
     return out;
 }
 
@@ -364,15 +387,28 @@ MeshReport inspect(const MeshView& mesh, const Run& run) {
     return report;
 }
 
-Mesh inspector::turned(Mesh mesh, std::span<const std::uint8_t> turn) {
+std::vector<Triangle> inspector::turned(std::vector<Triangle> triangles, std::span<const std::uint8_t> turn) {
     for (std::size_t i = 0; i < turn.size(); ++i)
-        if (turn[i] != 0) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
+        if (turn[i] != 0) std::swap(triangles[i][1], triangles[i][2]);
+    return triangles;
+}
+
+Mesh inspector::turned(Mesh mesh, std::span<const std::uint8_t> turn) {
+    mesh.triangles = turned(std::move(mesh.triangles), turn);
     return mesh;
 }
 
 Mesh oriented(const MeshView& mesh, const Run& run) {
     const mesh::Native native(mesh);
     return with_threads(run.threads, [&] { return turned(mesh::copy_of(native), examine(native).turn); });
+}
+
+Mesh turn_parts(const MeshView& mesh, const Run& run) {
+    const mesh::Native native(mesh);
+    return with_threads(run.threads, [&] {
+        const Inspection inspection = examine(native);
+        return turned(turned(mesh::copy_of(native), inspection.turn), inspection.part_turn);
+    });
 }
 
 }  // namespace its

@@ -12,12 +12,14 @@ namespace its::inspector {
 /// inspect(), with what `auto` does to the mesh before it builds.
 struct Inspection {
     MeshReport report;
-    std::vector<std::uint8_t> turn;  ///< 1 for each triangle to turn around; empty: none
+    std::vector<std::uint8_t> turn;       ///< 1 for each triangle to turn around; empty: none
+    std::vector<std::uint8_t> part_turn;  ///< those to turn around besides, for turn_parts(); empty: none
 };
 
 Inspection examine(const mesh::Arrays& mesh);
 
-/// The mesh with the second and third corner of these triangles exchanged.
+/// The triangles, those with a 1 with their second and third corner exchanged.
+std::vector<Triangle> turned(std::vector<Triangle> triangles, std::span<const std::uint8_t> turn);
 Mesh turned(Mesh mesh, std::span<const std::uint8_t> turn);
 
 }  // namespace its::inspector

@@ -1,6 +1,7 @@
 #include "inspect/orient.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <numeric>
 #include <utility>
 
@@ -13,6 +14,7 @@ namespace its::inspector {
 namespace {
 
 constexpr std::uint64_t votes = 15;  // of a patch; odd
+constexpr int most_rounds = 64;      // each lessens what does not cancel, in sum; a few are enough
 
 /// Sets of triangles with the relative direction of each within its set (union by index, path halving).
 class Sets {
@@ -83,16 +85,121 @@ bool faces_inward(const mesh::Merged& mesh, const winding::XRays& rays, const Pa
 
 }  // namespace
 
+namespace {
+
+/// Two triangles that run through an edge, which no other has, in the same direction.
+struct Disagreement {
+    std::uint32_t first, second;
+};
+
+/// Joins sets that disagree at edges, those first that do so at most edges.
+/// \return whether all of these edges are made to agree
+bool join_disagreeing(Sets& sets, const std::vector<Disagreement>& edges) {
+    struct Joint {
+        std::uint32_t low, high;  // of two sets, their lowest members
+        std::uint64_t edges;
+        std::uint8_t against;  // whether the one must run against the other
+    };
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    for (const Disagreement& e : edges)
+        pairs.push_back(std::minmax(sets.find(e.first).first, sets.find(e.second).first));
+    std::sort(pairs.begin(), pairs.end());
+    std::vector<Joint> joints;
+    for (const auto& [low, high] : pairs) {
+        if (joints.empty() || joints.back().low != low || joints.back().high != high)
+            joints.push_back({low, high, 0, 1});
+        ++joints.back().edges;
+    }
+    std::stable_sort(joints.begin(), joints.end(),
+                     [](const Joint& a, const Joint& b) { return a.edges > b.edges; });
+    bool all = true;
+    for (const Joint& joint : joints) all &= sets.join(joint.low, joint.high, joint.against);
+    return all;
+}
+
+/// How often more a patch goes up an edge than down.
+struct Flow {
+    std::uint64_t edge;
+    std::uint32_t patch;
+    std::int64_t excess;
+};
+
+/// The flows through edges with more than two triangles, as these run after turning, by edge.
+std::vector<Flow> find_flows(const mesh::Merged& mesh, const Patches& patches,
+                             const std::vector<std::uint8_t>& turn) {
+    std::vector<Flow> flows;
+    std::uint64_t edge = 0;
+    mesh::for_edges(
+        mesh, [&](std::size_t i) { return !mesh::repeats_corner(mesh.triangles[i]); },
+        [&](std::uint32_t, std::span<const mesh::EdgeUse> uses) {
+            if (uses.size() <= 2) return;
+            for (const mesh::EdgeUse& use : uses)
+                flows.push_back(
+                    {edge, patches.patch[use.triangle], use.upwards != (turn[use.triangle] != 0) ? 1 : -1});
+            ++edge;
+        });
+    std::stable_sort(flows.begin(), flows.end(), [](const Flow& a, const Flow& b) {
+        return std::pair(a.edge, a.patch) < std::pair(b.edge, b.patch);
+    });
+    std::size_t kept = 0;
+    for (const Flow& flow : flows) {
+        if (kept > 0 && flows[kept - 1].edge == flow.edge && flows[kept - 1].patch == flow.patch)
+            flows[kept - 1].excess += flow.excess;
+        else
+            flows[kept++] = flow;
+    }
+    flows.resize(kept);
+    return flows;
+}
+
+/// Turns whole patches around, the smallest first, while that brings the two directions closer to each other at
+/// edges with more than two triangles.
+void balance(const mesh::Merged& mesh, const Patches& patches, const std::vector<double>& area,
+             std::vector<std::uint8_t>& turn) {
+    std::vector<Flow> flows = find_flows(mesh, patches, turn);
+    if (flows.empty()) return;
+    std::vector<std::int64_t> net(flows.back().edge + 1, 0);
+    for (const Flow& flow : flows) net[flow.edge] += flow.excess;
+    std::stable_sort(flows.begin(), flows.end(), [&](const Flow& a, const Flow& b) {
+        return std::pair(area[a.patch], a.patch) < std::pair(area[b.patch], b.patch);
+    });
+    std::vector<std::uint8_t> turned(patches.count, 0);
+    bool changed = true;
+    for (int round = 0; round < most_rounds && changed; ++round) {
+        changed = false;
+        for (std::size_t begin = 0, end = 0; begin < flows.size(); begin = end) {
+            const std::uint32_t patch = flows[begin].patch;
+            std::int64_t gain = 0;
+            for (end = begin; end < flows.size() && flows[end].patch == patch; ++end)
+                gain += std::abs(net[flows[end].edge]) - std::abs(net[flows[end].edge] - 2 * flows[end].excess);
+            if (gain <= 0) continue;
+            for (std::size_t i = begin; i < end; ++i) {
+                net[flows[i].edge] -= 2 * flows[i].excess;
+                flows[i].excess = -flows[i].excess;
+            }
+            turned[patch] ^= 1;
+            changed = true;
+        }
+    }
+    for (std::size_t i = 0; i < turn.size(); ++i) turn[i] ^= turned[patches.patch[i]];
+}
+
+}  // namespace
+
 Patches find_patches(const mesh::Merged& mesh) {
     Sets sets(mesh.triangles.size());
     Patches out;
+    std::vector<Disagreement> disagreements;
     mesh::for_edges(
         mesh, [&](std::size_t i) { return !mesh::repeats_corner(mesh.triangles[i]); },
         [&](std::uint32_t, std::span<const mesh::EdgeUse> uses) {
             if (uses.size() != 2) return;
-            const auto against = std::uint8_t(uses[0].upwards == uses[1].upwards);
-            if (!sets.join(uses[0].triangle, uses[1].triangle, against)) out.orientable = false;
+            if (uses[0].upwards == uses[1].upwards)
+                disagreements.push_back({uses[0].triangle, uses[1].triangle});
+            else
+                sets.join(uses[0].triangle, uses[1].triangle, 0);
         });
+    out.orientable = join_disagreeing(sets, disagreements);
     out.patch.resize(mesh.triangles.size());
     out.against.resize(mesh.triangles.size());
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -103,6 +210,22 @@ Patches find_patches(const mesh::Merged& mesh) {
         out.mixed[out.patch[i]] |= against;
     }
     return out;
+}
+
+std::vector<std::uint8_t> majority_turns(const mesh::Merged& mesh, const Patches& patches) {
+    std::vector<double> area(patches.count, 0), against(patches.count, 0);
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+        const double one = area_of(mesh, i);
+        area[patches.patch[i]] += one;
+        if (patches.against[i] != 0) against[patches.patch[i]] += one;
+    }
+    std::vector<std::uint8_t> turn(mesh.triangles.size());
+    for (std::size_t i = 0; i < turn.size(); ++i) {
+        const std::uint32_t p = patches.patch[i];
+        turn[i] = std::uint8_t(patches.against[i] ^ std::uint8_t(against[p] > 0.5 * area[p]));
+    }
+    balance(mesh, patches, area, turn);
+    return turn;
 }
 
 std::vector<std::uint8_t> outward_turns(const mesh::Merged& mesh, const Patches& patches, bool all) {

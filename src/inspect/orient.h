@@ -8,7 +8,8 @@
 /// Consistent directions of triangles.
 namespace its::inspector {
 
-/// Triangles connected through edges that have exactly two of them form patches.
+/// Triangles connected through edges that have exactly two of them form patches. Where not all of a patch can
+/// agree, those agree that did, and then those that are made to at most edges.
 struct Patches {
     bool orientable = true;  ///< all patches can be turned so that their triangles agree
     std::uint32_t count = 0;
@@ -20,10 +21,15 @@ struct Patches {
 
 Patches find_patches(const mesh::Merged& mesh);
 
+/// Turns, 1 for each triangle to turn around, that repair directions by majority: within a patch, triangles
+/// that run against those with more of its area are turned; and then, the smallest first, patches with which
+/// edges of more than two triangles are used more equally in both directions.
+std::vector<std::uint8_t> majority_turns(const mesh::Merged& mesh, const Patches& patches);
+
 /// Turns, 1 for each triangle to turn around, that make patches consistent and most of each one's area face to
 /// where a ray to infinity crosses the mesh an even number of times: outward, and into cavities.
 /// \param all  else patches that are not mixed stay as they are
-/// Precondition: orientable, and every edge has an even number of triangles.
+/// Where edges have an odd number of triangles, or patches are not orientable, that is a guess.
 std::vector<std::uint8_t> outward_turns(const mesh::Merged& mesh, const Patches& patches, bool all);
 
 }  // namespace its::inspector

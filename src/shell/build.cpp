@@ -131,12 +131,18 @@ public:
           inspection_(inspector::examine(mesh)),  // throws on what is no mesh
           depth_(options.depth ? *options.depth : automatic_depth(mesh, options.max_memory)),
           budget_(mesh, depth_, options.max_memory) {
+        report_ = inspection_.report;
+        if (options.turn_parts) turn_parts();
         std::tie(sign_, sign_reason_) = choose_sign(inspection_.report, options);
+        const bool directed = sign_ == SignRule::winding || sign_ == SignRule::generalized;
+        if (options.turn_parts && directed && report_.parts.to_turn > 0)
+            sign_reason_ +=
+                fmt::format("; {} closed parts are turned around by nesting", report_.parts.to_turn);
         shares_ = shares_of(sign_, options.solver);
         budget_.check_expected();
         shell_.lattice = octree::make_lattice(inspection_.report.bounds, depth_);
         positions_ = lattice_positions(mesh, shell_.lattice);
-        oriented_ = mesh::copy_of(mesh);
+        if (!options.turn_parts || !directed) oriented_ = mesh::copy_of(mesh);
         if (!options.sign) oriented_ = inspector::turned(std::move(oriented_), inspection_.turn);
     }
 
@@ -211,13 +217,22 @@ public:
         return Access::make(std::move(shell_), seconds_);
     }
 
+    const MeshReport& report() const { return report_; }
+
 private:
+    void turn_parts() {
+        oriented_ =
+            inspector::turned(inspector::turned(mesh::copy_of(mesh_), inspection_.turn), inspection_.part_turn);
+        inspection_ = inspector::examine(oriented_);
+    }
+
     const Stopwatch total_;
     mesh::Arrays mesh_;
     const BuildOptions& options_;
     Parts parts_;
     Shares shares_;
-    inspector::Inspection inspection_;
+    inspector::Inspection inspection_;  ///< after parts were turned around if that is asked for
+    MeshReport report_;                 ///< of the mesh as it came
     int depth_;
     MemoryBudget budget_;
     SignRule sign_ = SignRule::unsigned_rule;
@@ -254,7 +269,7 @@ std::optional<Solver> parse_solver(std::string_view name) {
     return value_in(solvers, name);
 }
 
-ThinShell build(const MeshView& mesh, const BuildOptions& options) {
+ThinShell build(const MeshView& mesh, const BuildOptions& options, MeshReport* report) {
     check_options(options);
     return run_call(options.run, "mesh", [&](const Progress& progress) {
         const mesh::Native native(mesh);
@@ -263,6 +278,7 @@ ThinShell build(const MeshView& mesh, const BuildOptions& options) {
         builder.find_distances();
         builder.find_field();
         builder.find_bounds();
+        if (report != nullptr) *report = builder.report();
         return builder.finish();
     });
 }

@@ -18,6 +18,7 @@ std::array<std::uint64_t, 2> input_hash(const MeshView& view, const BuildOptions
     const std::uint64_t numbers[] = {
         options.depth ? std::uint64_t(*options.depth) : automatic,
         options.sign ? std::uint64_t(*options.sign) : automatic,
+        std::uint64_t(options.turn_parts),
         std::uint64_t(options.extrema),
         std::uint64_t(options.solver),
         options.depth ? 0 : options.max_memory,

@@ -10,6 +10,7 @@
 #include "base/progress.h"
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
+#include "inspect/inspect.h"
 #include "mesh/arrays.h"
 #include "mesh/require.h"
 #include "shell/access.h"
@@ -113,14 +114,19 @@ Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOpt
 }
 
 /// The shell that the options ask for, if any.
-std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOptions& o, Parts& parts) {
+std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOptions& o, Parts& parts,
+                                    SimplifyReport& report) {
     const bool wanted = o.method == SimplifyMethod::certified ? o.depth || (!o.tolerance && !o.faces)
                                                               : o.method != SimplifyMethod::qem;
     if (!wanted) return std::nullopt;
-    ThinShell shell = build(mesh.view(), {.depth = o.depth,
-                                          .sign = o.sign,
-                                          .max_memory = o.max_memory,
-                                          .run = {.threads = o.run.threads, .progress = parts.until(0.4)}});
+    MeshReport of_mesh;
+    ThinShell shell = build(mesh.view(),
+                            {.depth = o.depth,
+                             .sign = o.sign,
+                             .max_memory = o.max_memory,
+                             .run = {.threads = o.run.threads, .progress = parts.until(0.4)}},
+                            &of_mesh);
+    report.parts = std::move(of_mesh.parts);
     if (o.tolerance && *o.tolerance < shell.info().thickness())
         throw OptionError(fmt::format(
             "tolerance {}: a shell of depth {} cannot reach it, being {:.6g} thick; use a greater depth, "
@@ -303,7 +309,7 @@ Simplified simplified(const mesh::Arrays& mesh, const MeshAttributes& attributes
     job.report.vertices_before = job.complex.vertices();
     check_faces(job);
     const Stopwatch shell_watch;
-    job.shell = make_shell(mesh, options, job.parts);
+    job.shell = make_shell(mesh, options, job.parts, job.report);
     if (job.shell) {
         job.report.shell = job.shell->info();
         job.report.seconds.shell = shell_watch.seconds();
@@ -350,6 +356,31 @@ std::string_view reason(SimplifyStop stop) {
     return "no collapse is left that keeps the topology and flips no triangle";
 }
 
+namespace {
+
+/// A mesh and what belongs to it, with the corners of some triangles exchanged.
+struct Turned {
+    Mesh mesh;
+    MeshAttributes attributes;
+    PartsReport parts;  ///< of the mesh before
+};
+
+Turned turn_parts_of(const mesh::Arrays& mesh, const MeshAttributes& attributes) {
+    const inspector::Inspection inspection = inspector::examine(mesh);
+    Turned out{mesh::copy_of(mesh), attributes, inspection.report.parts};
+    const auto turn = [&](std::vector<Triangle>& triangles) {
+        triangles = inspector::turned(std::move(triangles), inspection.turn);
+        triangles = inspector::turned(std::move(triangles), inspection.part_turn);
+    };
+    turn(out.mesh.triangles);
+    if (!attributes.colours.empty()) turn(out.attributes.colours.corners);
+    if (!attributes.texture.empty()) turn(out.attributes.texture.corners);
+    if (!attributes.normals.empty()) turn(out.attributes.normals.corners);
+    return out;
+}
+
+}  // namespace
+
 Simplified simplify(const MeshView& mesh, const SimplifyOptions& options) {
     return simplify(mesh, MeshAttributes{}, options);
 }
@@ -359,8 +390,14 @@ Simplified simplify(const MeshView& mesh, const MeshAttributes& attributes, cons
     const mesh::Native native(mesh);
     check_mesh(native);
     check_attributes(mesh, attributes);
+    const Stopwatch watch;
     return run_call(options.run, "simplify", [&](const Progress& progress) {
-        return simplified(native, attributes, options, progress);
+        if (!options.turn_parts) return simplified(native, attributes, options, progress);
+        const Turned turned = turn_parts_of(native, attributes);
+        Simplified result = simplified(turned.mesh, turned.attributes, options, progress);
+        result.report.parts = turned.parts;
+        result.report.seconds.total = watch.seconds();
+        return result;
     });
 }
 

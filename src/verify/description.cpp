@@ -169,11 +169,12 @@ void check_numbers(const Job& job, VerifyReport& report) {
 }
 
 /// What identifies mesh and options: docs/design/build.md. Options that are left to the builder count as such.
-std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_depth, bool chose_sign) {
+std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_depth, bool chose_sign, bool turned_parts) {
     const ShellInfo& info = job.view.data().info;
     constexpr std::uint64_t chosen = ~std::uint64_t{0};
     const std::uint64_t numbers[] = {chose_depth ? chosen : std::uint64_t(info.depth),
                                      chose_sign ? chosen : std::uint64_t(info.sign),
+                                     std::uint64_t(turned_parts),
                                      std::uint64_t(info.extrema),
                                      std::uint64_t(info.solver),
                                      chose_depth ? job.options.build_memory : 0,
@@ -200,11 +201,13 @@ void check_hash(const Job& job, VerifyReport& report) {
     VerifyCheck check{"input hash", true, true, 1, 0, 0, "not known"};
     if (stored != std::array<std::uint64_t, 2>{}) {
         bool found = false;
-        for (int choice = 0; choice < 4 && !found; ++choice) {
-            found = hash_of(job, (choice & 1) != 0, (choice & 2) != 0) == stored;
+        for (int choice = 0; choice < 8 && !found; ++choice) {
+            found = hash_of(job, (choice & 1) != 0, (choice & 2) != 0, (choice & 4) != 0) == stored;
             if (found)
-                check.detail = fmt::format("that of this mesh, solver and bounds, the depth {} and the rule {}",
-                                           choice & 1 ? "chosen" : "given", choice & 2 ? "chosen" : "given");
+                check.detail =
+                    fmt::format("that of this mesh, solver and bounds, the depth {} and the rule {}{}",
+                                choice & 1 ? "chosen" : "given", choice & 2 ? "chosen" : "given",
+                                choice & 4 ? ", parts turned around by nesting" : "");
         }
         if (!found) {
             check.passed = !job.options.complete;
