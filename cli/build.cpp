@@ -11,6 +11,7 @@
 #include "its/shell_file.h"
 #include "parts.h"
 #include "report.h"
+#include "weld.h"
 
 namespace its::cli {
 namespace {
@@ -20,11 +21,13 @@ struct Options {
     std::string mesh, output;
     bool force = false;
     BuildOptions build;
+    WeldOption weld;
 };
 
 /// A build that was done, or found done.
 struct Built {
     ThinShell shell;
+    std::optional<WeldReport> weld = {};
     bool unchanged = false;
     MeshReport mesh = {};
     double read = 0, write = 0;
@@ -49,6 +52,7 @@ void print_report(const Options& options, const Built& built) {
     const std::string file =
         fmt::format("{}, {}", options.output, bytes_text(std::filesystem::file_size(options.output)));
     Table table;
+    if (built.weld) table.row("Welding", weld_text(*built.weld));
     add_shell_rows(table, built.shell, options.common.run());
     add_part_rows(table, built.mesh.parts);
     if (options.build.turn_parts)
@@ -79,6 +83,7 @@ void print_build_json(const Options& options, const MeshFile& file, const Built&
     json["mesh"]["separating"] = built.mesh.separating;
     json["mesh"]["parts"] = parts_json(built.mesh.parts);
     json["mesh"]["parts"]["turned"] = parts_turned(options, built);
+    if (built.weld) json["weld"] = weld_json(*built.weld);
     json["file"] = options.output;
     json["file_bytes"] = std::filesystem::file_size(options.output);
     json["unchanged"] = built.unchanged;
@@ -102,6 +107,12 @@ std::optional<ThinShell> stored_shell(const Options& options, const Mesh& mesh) 
     }
 }
 
+/// What is known about the mesh that the shell is of: the welded one, if it is welded.
+MeshReport report_of(const Options& options, const Mesh& mesh) {
+    if (options.build.weld > 0) return inspect(weld(mesh, options.build.weld).mesh, options.common.run());
+    return inspect(mesh, options.common.run());
+}
+
 Built build_and_save(const Options& options, const Mesh& mesh) {
     ProgressBar bar(options.common.quiet);
     BuildOptions build_options = options.build;
@@ -121,13 +132,15 @@ int run(Options options) {
     const MeshFile file = read_mesh_with_warnings(options.mesh, options.common);
     const double read = reading.seconds();
     options.build.max_memory = options.common.memory_beside(memory_of(file.mesh));
+    if (options.weld.given())
+        naming_file(options.mesh, [&] { options.build.weld = options.weld.length(file.mesh); });
     const std::optional<ThinShell> stored = stored_shell(options, file.mesh);
-    Built built =
-        stored ? Built{.shell = *stored, .unchanged = true, .mesh = inspect(file.mesh, options.common.run())}
-               : build_and_save(options, file.mesh);
+    Built built = stored ? Built{.shell = *stored, .unchanged = true, .mesh = report_of(options, file.mesh)}
+                         : build_and_save(options, file.mesh);
     built.read = read;
     if (goes_by_directions(built.shell.info().sign))
         warn_of_parts(options.mesh, built.mesh.parts, options.build.turn_parts);
+    if (options.build.weld > 0) built.weld = weld(file.mesh, options.build.weld).report;
     if (options.common.json)
         print_build_json(options, file, built);
     else if (!options.common.quiet)
@@ -144,7 +157,7 @@ Action add_build(CLI::App& app) {
     app.add_option_function<std::string>(
            "--depth", [options](const std::string& text) { options->build.depth = parse_depth(text); },
            fmt::format("Finest cells are the longest side / 2^K wide, K from 0 to {};\n"
-                       "auto (default): about four triangles in a cell, within the memory",
+                       "auto (default): about four triangles in a cell, within the memory, at least 6",
                        max_depth))
         ->type_name("K|auto");
     Choices<std::optional<SignRule>> rules = {{"auto", std::nullopt}};
@@ -162,6 +175,7 @@ Action add_build(CLI::App& app) {
                  "Turn closed parts around by nesting: solid, cavity, solid, and so on");
     app.add_flag("--force", options->force,
                  "Build even if the output already holds this shell: same mesh, options and version");
+    options->weld.declare(app);
     options->common.declare(app, "its build model.stl -o model.its --depth 8");
     return [options] { return run(*options); };
 }

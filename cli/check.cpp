@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "common.h"
 #include "its/inspect.h"
@@ -9,6 +10,7 @@
 #include "its/mesh_file.h"
 #include "parts.h"
 #include "report.h"
+#include "weld.h"
 
 namespace its::cli {
 namespace {
@@ -17,6 +19,7 @@ struct Options {
     CommonOptions common;
     std::string mesh;
     bool turn_parts = false;
+    WeldOption weld;
 };
 
 /// The option to give, and what it does.
@@ -44,12 +47,13 @@ std::string advice_text(SignAdvice advice) {
     return rule ? fmt::format("--sign {} {}", name(*rule), effect()) : "";
 }
 
-void print_check_json(const Options& options, const MeshFile& file, const MeshReport& report,
-                      std::uint64_t parts_turned) {
+void print_check_json(const Options& options, const MeshFile& file, const std::optional<Welded>& welded,
+                      const MeshReport& report, std::uint64_t parts_turned) {
     Json json;
     json["file"] = options.mesh;
     json["format"] = file.format;
     json["warnings"] = file.warnings;
+    if (welded) json["weld"] = weld_json(welded->report);
     json["vertices"] = report.vertices;
     json["triangles"] = report.triangles;
     json["degenerate"] = report.degenerate;
@@ -59,6 +63,9 @@ void print_check_json(const Options& options, const MeshFile& file, const MeshRe
     json["inconsistent_edges"] = report.inconsistent_edges;
     json["unbalanced_edges"] = report.unbalanced_edges;
     json["odd_edges"] = report.odd_edges;
+    json["open_edges"] = report.open_edges;
+    json["open_odd_edges"] = report.open_odd_edges;
+    json["t_junctions"] = report.t_junctions;
     json["components"] = report.components;
     json["euler"] = report.euler;
     json["closed"] = report.closed;
@@ -77,14 +84,15 @@ void print_check_json(const Options& options, const MeshFile& file, const MeshRe
     print_json(json);
 }
 
-void print_report(const Options& options, const MeshFile& file, const MeshReport& report,
-                  std::uint64_t parts_turned) {
+void print_report(const Options& options, const MeshFile& file, const std::optional<Welded>& welded,
+                  const MeshReport& report, std::uint64_t parts_turned) {
     const Box& box = report.bounds;
     const auto defects = [](std::uint64_t count, const char* meaning) {
         return count == 0 ? std::string("none") : fmt::format("{:<10} {}", count_text(count), meaning);
     };
     Table table;
     table.row("File", fmt::format("{} ({})", options.mesh, file.format));
+    if (welded) table.row("Welded", weld_text(welded->report));
     table.row("Vertices", count_text(report.vertices));
     table.row("Triangles", count_text(report.triangles));
     table.row("Components", count_text(report.components));
@@ -104,6 +112,8 @@ void print_report(const Options& options, const MeshFile& file, const MeshReport
     table.row("Inconsistent edges", defects(report.inconsistent_edges, "run through twice the same way"));
     table.row("Unbalanced edges", defects(report.unbalanced_edges, "not run through as often each way"));
     table.row("Odd edges", defects(report.odd_edges, "with an odd number of triangles"));
+    table.row("Open edges", defects(report.open_edges, "unbalanced ones that leave a gap"));
+    table.row("T-junctions", defects(report.t_junctions, "points that split an edge on one side only"));
     if (report.sign == SignRule::generalized || report.separating < 1)
         table.row("Separating",
                   fmt::format("{:.1f} % of the area has inside on one side and outside on the other",
@@ -125,13 +135,17 @@ int run(const Options& options) {
     // Welding, edges by their ends and rays for its sides: 70 bytes a triangle were measured.
     options.common.require_memory(80 * file.mesh.triangles.size(), memory_of(file.mesh), "checking");
     const its::Run run = options.common.run();
-    MeshReport report = naming_file(options.mesh, [&] { return inspect(file.mesh, run); });
+    std::optional<Welded> welded;
+    MeshReport report = naming_file(options.mesh, [&] {
+        if (options.weld.given()) welded = weld(file.mesh, options.weld.length(file.mesh));
+        return inspect(welded ? welded->mesh : file.mesh, run);
+    });
     const std::uint64_t parts_turned = options.turn_parts ? report.parts.to_turn : 0;
-    if (parts_turned > 0) report = inspect(turn_parts(file.mesh, run), run);
+    if (parts_turned > 0) report = inspect(turn_parts(welded ? welded->mesh : file.mesh, run), run);
     if (options.common.json)
-        print_check_json(options, file, report, parts_turned);
+        print_check_json(options, file, welded, report, parts_turned);
     else if (!options.common.quiet)
-        print_report(options, file, report, parts_turned);
+        print_report(options, file, welded, report, parts_turned);
     return done;
 }
 
@@ -142,6 +156,7 @@ Action add_check(CLI::App& app) {
     app.add_option("MESH", options->mesh, "Mesh: .obj .stl .ply .off .glb .gltf .3mf")->required();
     app.add_flag("--turn-parts", options->turn_parts,
                  "As with closed parts turned around by nesting: solid, cavity, solid, and so on");
+    options->weld.declare(app);
     options->common.declare(app, "its check model.stl");
     return [options] { return run(*options); };
 }

@@ -104,11 +104,11 @@ std::vector<std::pair<std::string, std::uint64_t>> counts(const Options& options
     return result;
 }
 
-void print_query_json(const Options& options, const Answers& answers, const Seconds& seconds) {
+void print_query_json(const Options& options, SignRule rule, const Answers& answers, const Seconds& seconds) {
     Json json;
     json["file"] = options.output;
     json["points"] = answers.codes.size();
-    json["mode"] = options.mode == Mode::exact ? "exact" : "shell";
+    json["mode"] = options.mode == Mode::exact ? sides_text(rule) : "shell";
     for (const auto& [name, count] : counts(options, answers.codes)) json["counts"][name] = count;
     json["columns"] = Json::array({"code"});
     for (const PointColumns& c : answers.columns)
@@ -121,9 +121,10 @@ void print_query_json(const Options& options, const Answers& answers, const Seco
     print_json(json);
 }
 
-void print_report(const Options& options, const Answers& answers, const Seconds& seconds) {
+void print_report(const Options& options, SignRule rule, const Answers& answers, const Seconds& seconds) {
     Table table;
     table.row("Points", count_text(answers.codes.size()));
+    table.row("Sides", options.mode == Mode::exact ? sides_text(rule) : "of the shell, by f alone");
     for (auto [name, count] : counts(options, answers.codes)) {
         std::replace(name.begin(), name.end(), '_', ' ');
         table.row("  " + name, count_text(count));
@@ -174,9 +175,9 @@ int run(const Options& options) {
     write_points(options.output, points, answers.codes, answers.columns);
     seconds.write = writing.seconds();
     if (options.common.json)
-        print_query_json(options, answers, seconds);
+        print_query_json(options, shell.info().sign, answers, seconds);
     else if (!options.common.quiet)
-        print_report(options, answers, seconds);
+        print_report(options, shell.info().sign, answers, seconds);
     return done;
 }
 
@@ -190,7 +191,8 @@ Action add_query(CLI::App& app) {
         ->required()
         ->type_name("OUT");
     add_choice<Mode>(app, "--mode", {{"exact", Mode::exact}, {"shell", Mode::shell}}, options->mode,
-                     "Sides of the mesh, without tolerance (default), or of the shell, by f alone")
+                     "Sides of the mesh, without tolerance (default; by the shell where\n"
+                     "its sign rule is generalized), or of the shell, by f alone")
         ->type_name("MODE");
     app.add_flag("--value", options->value, "f as well");
     app.add_flag("--gradient", options->gradient, "The gradient of f as well");

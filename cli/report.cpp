@@ -61,14 +61,20 @@ Json box_json(const Box& box) {
     return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
 }
 
+std::string sides_text(SignRule rule) {
+    return rule == SignRule::generalized ? "by the shell" : "exact";
+}
+
 Json shell_json(const ThinShell& shell, const Run& run) {
     const ShellInfo& info = shell.info();
     Json json;
     json["mesh"]["vertices"] = info.mesh_vertices;
     json["mesh"]["triangles"] = info.mesh_triangles;
     json["mesh"]["closed"] = info.mesh_closed;
+    json["mesh"]["weld"] = info.weld;
     json["sign"] = name(info.sign);
     json["sign_reason"] = info.sign_reason;
+    json["sides"] = sides_text(info.sign);
     json["depth"] = info.depth;
     json["scale"] = info.scale;
     json["cell_width"] = info.cell_width;
@@ -94,7 +100,11 @@ void add_shell_rows(Table& table, const ThinShell& shell, const Run& run) {
     };
     table.row("Mesh", fmt::format("{} vertices, {} triangles, {}", count_text(info.mesh_vertices),
                                   count_text(info.mesh_triangles), info.mesh_closed ? "closed" : "not closed"));
+    if (info.weld > 0)
+        table.row("Welded",
+                  fmt::format("corners nearer than {:g} are one: all is proven of this mesh", info.weld));
     table.row("Sign rule", fmt::format("{}: {}", name(info.sign), info.sign_reason));
+    table.row("Sides of points", sides_text(info.sign));
     table.row("Longest side", fmt::format("{} mesh units", length_text(info.scale)));
     table.row("Depth", std::to_string(info.depth));
     table.row("Finest cell", length(info.cell_width));

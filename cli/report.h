@@ -36,6 +36,9 @@ std::string seconds_text(double seconds);     ///< three digits and the unit: 12
 std::string length_text(double length);       ///< six significant digits
 std::string yes_or_no(bool value);
 
+/// What sides of the mesh rest on: "exact", or "by the shell": under generalized they are the sign of f.
+std::string sides_text(SignRule rule);
+
 /// The mesh and the shell, as `its build --json` and `its info --json` have them.
 Json shell_json(const ThinShell& shell, const Run& run);
 void add_shell_rows(Table& table, const ThinShell& shell, const Run& run);

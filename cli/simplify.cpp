@@ -10,6 +10,7 @@
 #include "its/mesh_file.h"
 #include "parts.h"
 #include "report.h"
+#include "weld.h"
 
 namespace its::cli {
 namespace {
@@ -20,6 +21,13 @@ struct Options {
     SimplifyOptions simplify;
     std::uint64_t samples = 200'000;
     bool no_attributes = false;
+    WeldOption weld;
+};
+
+/// A mesh as it is simplified.
+struct Input {
+    MeshFile file;
+    std::optional<WeldReport> weld;
 };
 
 /// "colours, texture coordinates, normals": those that there are.
@@ -44,11 +52,12 @@ Json distance_json(const MeshDistance& distance) {
     return {{"max", distance.max}, {"mean", distance.mean}, {"root_mean_square", distance.root_mean_square}};
 }
 
-void print_simplify_json(const Options& options, const MeshFile& file, const SimplifyReport& report,
+void print_simplify_json(const Options& options, const Input& input, const SimplifyReport& report,
                          const std::vector<std::string>& lost, const std::optional<Measured>& measured,
                          double read, double write) {
     Json json;
-    json["mesh"] = {{"file", options.mesh}, {"format", file.format}, {"warnings", file.warnings}};
+    json["mesh"] = {{"file", options.mesh}, {"format", input.file.format}, {"warnings", input.file.warnings}};
+    if (input.weld) json["weld"] = weld_json(*input.weld);
     json["method"] = name(options.simplify.method);
     json["faces_before"] = report.faces_before;
     json["faces_after"] = report.faces_after;
@@ -72,7 +81,7 @@ void print_simplify_json(const Options& options, const MeshFile& file, const Sim
         json["parts"] = parts_json(*report.parts);
         json["parts"]["turned"] = options.simplify.turn_parts ? report.parts->to_turn : 0;
     }
-    json["attributes"] = {{"names", names_of(file.attributes)},
+    json["attributes"] = {{"names", names_of(input.file.attributes)},
                           {"seam_edges_before", report.seam_edges_before},
                           {"seam_edges_after", report.seam_edges_after},
                           {"lost", lost}};
@@ -93,10 +102,11 @@ void print_simplify_json(const Options& options, const MeshFile& file, const Sim
     print_json(json);
 }
 
-void print_report(const Options& options, const MeshFile& file, const SimplifyReport& report,
+void print_report(const Options& options, const Input& input, const SimplifyReport& report,
                   const std::vector<std::string>& lost, const std::optional<Measured>& measured, double read,
                   double write) {
     Table table;
+    if (input.weld) table.row("Welded", weld_text(*input.weld));
     table.row("Faces",
               fmt::format("{} to {}", count_text(report.faces_before), count_text(report.faces_after)));
     table.row("Stopped because", std::string(reason(report.stop)));
@@ -110,8 +120,8 @@ void print_report(const Options& options, const MeshFile& file, const SimplifyRe
     if (report.parts) add_part_rows(table, *report.parts);
     if (options.simplify.turn_parts)
         table.row("Parts turned", count_text(report.parts->to_turn) + " by nesting");
-    if (!file.attributes.empty())
-        table.row("Attributes", fmt::format("{}{}", fmt::join(names_of(file.attributes), ", "),
+    if (!input.file.attributes.empty())
+        table.row("Attributes", fmt::format("{}{}", fmt::join(names_of(input.file.attributes), ", "),
                                             report.seam_edges_before == 0
                                                 ? ""
                                                 : fmt::format("; {} to {} edges of seams, held",
@@ -148,9 +158,17 @@ std::optional<Measured> measure(const Options& options, const Mesh& mesh, const 
 int run(const Options& options) {
     check_output(options.output, options.mesh);
     const Stopwatch reading;
-    const MeshFile file =
-        read_mesh_with_warnings(options.mesh, options.common, {.attributes = !options.no_attributes});
+    Input input{read_mesh_with_warnings(options.mesh, options.common, {.attributes = !options.no_attributes}),
+                {}};
+    MeshFile& file = input.file;
     const double read = reading.seconds();
+
+    if (options.weld.given()) {
+        Welded welded =
+            naming_file(options.mesh, [&] { return weld(file.mesh, options.weld.length(file.mesh)); });
+        file.mesh = std::move(welded.mesh);
+        input.weld = welded.report;
+    }
 
     ProgressBar bar(options.common.quiet);
     SimplifyOptions simplify_options = options.simplify;
@@ -180,9 +198,9 @@ int run(const Options& options) {
         warn_of_parts(options.mesh, *result.report.parts, options.simplify.turn_parts);
     const std::optional<Measured> measured = measure(options, file.mesh, result.mesh);
     if (options.common.json)
-        print_simplify_json(options, file, result.report, lost, measured, read, write);
+        print_simplify_json(options, input, result.report, lost, measured, read, write);
     else if (!options.common.quiet)
-        print_report(options, file, result.report, lost, measured, read, write);
+        print_report(options, input, result.report, lost, measured, read, write);
     return done;
 }
 
@@ -219,6 +237,7 @@ Action add_simplify(CLI::App& app) {
                    "Points for the measured distances, each way; 0: none; default 200,000")
         ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000'000}))
         ->type_name("N");
+    options->weld.declare(app);
     options->common.declare(app, "its simplify model.stl -o small.stl --tolerance 0.1");
     return [options] { return run(*options); };
 }

@@ -31,6 +31,7 @@ void print_verify_json(const VerifyReport& report, const ShellInfo& info) {
                                   {"violations", check.violations},
                                   {"worst", check.worst + 0.0},
                                   {"detail", check.detail}});
+    json["weld"] = info.weld;
     json["epsilon_inner"] = info.epsilon_inner;
     json["epsilon_outer"] = info.epsilon_outer;
     json["sampled_min"] = report.sampled_min;
@@ -54,6 +55,9 @@ void print_report(const VerifyReport& report, const ShellInfo& info) {
     }
     const auto range = [](double low, double high) { return fmt::format("[{:.9g}, {:.9g}]", low, high); };
     Table table;
+    if (info.weld > 0)
+        table.row("Welded",
+                  fmt::format("the mesh, with corners nearer than {:g} made one, as the shell's", info.weld));
     table.row("Shell [ε₁, ε₂]", range(info.epsilon_inner, info.epsilon_outer));
     table.row("f proven on M", range(report.proven_min, report.proven_max));
     table.row("f sampled on M", range(report.sampled_min, report.sampled_max));

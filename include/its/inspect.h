@@ -13,11 +13,11 @@ namespace its {
 
 /// How the inside of a mesh is defined.
 enum class SignRule : std::uint8_t {
-    winding,  ///< inside where the integer winding number is ≥ 1; needs every edge matched by its opposite
+    winding,        ///< inside where the integer winding number is ≥ 1; needs a boundary that cancels
     generalized,    ///< generalized winding number > ½, within M's bounds; for oriented meshes with boundary
     unsigned_rule,  ///< no inside: D ≥ 0, and the shell is around both sides of M
     even_odd,  ///< inside where a ray to infinity crosses M an odd number of times, whatever the directions of
-               ///< its triangles; needs every edge to have an even number of them
+               ///< its triangles; needs edges to have an even number of them
 };
 
 /// "winding", "generalized", "unsigned", "even-odd".
@@ -88,12 +88,17 @@ struct MeshReport {
     std::uint64_t boundary_edges = 0;      ///< with exactly one triangle
     std::uint64_t nonmanifold_edges = 0;   ///< with more than two
     std::uint64_t inconsistent_edges = 0;  ///< two triangles that run through it in the same direction
-    std::uint64_t unbalanced_edges = 0;    ///< whose uses one way and the other do not cancel; 0: M is a cycle
-    std::uint64_t odd_edges = 0;   ///< with an odd number of triangles; 0: even-odd crossings are defined
-    std::uint64_t components = 0;  ///< connected through shared vertices
-    std::int64_t euler = 0;        ///< V − E + F
-    bool closed = false;           ///< no boundary edge, at least one triangle
-    bool oriented = false;         ///< no inconsistent edge
+    std::uint64_t unbalanced_edges = 0;    ///< whose uses one way and the other do not cancel
+    std::uint64_t odd_edges = 0;           ///< with an odd number of triangles
+    /// Unbalanced edges that do not cancel as segments in space either: where an edge is split on one side
+    /// only, by points exactly on it, there is no gap. 0: M is a cycle, and winding numbers are whole.
+    std::uint64_t open_edges = 0;
+    std::uint64_t open_odd_edges = 0;  ///< the same of odd edges; 0: even-odd crossings are defined
+    std::uint64_t t_junctions = 0;     ///< points at which such an edge is split
+    std::uint64_t components = 0;      ///< connected through shared vertices
+    std::int64_t euler = 0;            ///< V − E + F
+    bool closed = false;               ///< no boundary edge but those at T-junctions
+    bool oriented = false;             ///< no inconsistent edge
     Box bounds;
     double signed_volume = 0;                 ///< of the cones from the centre of the bounds; < 0: inside out
     SignRule sign = SignRule::unsigned_rule;  ///< what `auto` chooses

@@ -40,11 +40,14 @@ inline constexpr int max_depth = 16;  ///< the largest depth K of a shell
 
 struct BuildOptions {
     /// K, in [0, max_depth]; the finest cell is s·2⁻ᴷ wide. Empty: chosen so that a surface cell holds
-    /// about four triangles, within max_memory.
+    /// about four triangles, within max_memory, but at least 6.
     std::optional<int> depth = {};
     std::optional<SignRule> sign = {};  ///< empty: by the state of the mesh, see MeshReport::sign
-    bool turn_parts =
-        false;  ///< build from what turn_parts() makes of the mesh, if the rule goes by directions
+    /// Mesh units, 0: none. Corners of triangles that are nearer than this become one first, see weld(): the
+    /// shell, and all that is proven of it, is then of the welded mesh.
+    double weld = 0;
+    /// Build from what turn_parts() makes of the mesh, if the rule goes by directions.
+    bool turn_parts = false;
     Extrema extrema = Extrema::certified;
     Solver solver = Solver::direct;
     std::uint64_t max_memory = 0;  ///< bytes; 0: three quarters of what is free now
@@ -60,9 +63,10 @@ struct ShellInfo {
     Solver solver = Solver::direct;
     bool mesh_closed = false;
     std::uint64_t mesh_vertices = 0, mesh_triangles = 0;
+    double weld = 0;                  ///< the mesh is the given one with corners nearer than this made one
     double scale = 0;                 ///< s: the longest side of the bounds, rounded up to the lattice
     double cell_width = 0;            ///< w = s·2⁻ᴷ
-    Box root;                         ///< the root cube, side 2s
+    Box root;                         ///< the root cube, side 2s, or 8 cells at K = 0 and 1
     double epsilon_inner = 0;         ///< ε₁ ≤ 0
     double epsilon_outer = 0;         ///< ε₂ ≥ 0
     double rounding = 0;              ///< γ, the proven rounding error contained in ε₁ and ε₂
@@ -124,7 +128,8 @@ private:
 /// docs/design/README.md.
 /// \param report  if not null, receives what inspect() says about the mesh.
 /// \throws InputError (no triangles, non-finite coordinates, indices out of range, too far from the origin
-///         for its size), OptionError, MemoryError (names the largest depth that fits), Cancelled.
+///         for its size, or for its coordinates to tell lengths of BuildOptions::weld apart), OptionError,
+///         MemoryError (names the largest depth that fits), Cancelled.
 ThinShell build(const MeshView& mesh, const BuildOptions& options = {}, MeshReport* report = nullptr);
 
 /// A hash of all that the result of build() depends on: the mesh, the options as given (not how they

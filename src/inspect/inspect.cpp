@@ -9,6 +9,7 @@
 #include "base/parallel.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
+#include "inspect/cycle.h"
 #include "inspect/inspect.h"
 #include "inspect/orient.h"
 #include "inspect/repair.h"
@@ -26,7 +27,8 @@ namespace {
 
 /// What is counted about edges; see MeshReport.
 struct EdgeCounts {
-    std::uint64_t edges = 0, boundary = 0, nonmanifold = 0, inconsistent = 0, unbalanced = 0, odd = 0;
+    std::uint64_t edges = 0, boundary = 0, nonmanifold = 0, inconsistent = 0, odd = 0;
+    std::vector<UnbalancedEdge> unbalanced;
 };
 
 /// Counts edges, from the triangles for which `use` holds, none of which repeats a corner. Sorted by
@@ -56,14 +58,16 @@ EdgeCounts count_edges(const mesh::Merged& mesh, Use&& use) {
         std::sort(uses.begin() + std::ptrdiff_t(begin[low]), uses.begin() + std::ptrdiff_t(begin[low + 1]));
         for (std::uint64_t i = begin[low]; i < begin[low + 1];) {
             std::uint64_t down = 0, up = 0;
-            for (const std::uint64_t high = uses[i] >> 1; i < begin[low + 1] && uses[i] >> 1 == high; ++i) {
+            const std::uint64_t high = uses[i] >> 1;
+            for (; i < begin[low + 1] && uses[i] >> 1 == high; ++i) {
                 ++((uses[i] & 1) != 0 ? up : down);
             }
             ++counts.edges;
             counts.boundary += up + down == 1;
             counts.nonmanifold += up + down > 2;
             counts.inconsistent += up + down == 2 && up != down;
-            counts.unbalanced += up != down;
+            if (up != down)
+                counts.unbalanced.push_back({std::uint32_t(low), std::uint32_t(high), std::int64_t(up - down)});
             counts.odd += (up + down) % 2;
         }
     }
@@ -152,12 +156,17 @@ void all_around(std::vector<std::uint8_t>& turn, std::size_t triangles) {
     turn.assign(triangles, 1);
 }
 
-/// Every edge is balanced: winding numbers are whole.
+/// The boundary cancels: winding numbers are whole.
 void decide_cycle(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
     MeshReport& report = out.report;
     report.sign = SignRule::winding;
     report.sign_reason =
-        "every edge is used as often in one direction as in the other, so winding numbers are defined";
+        report.t_junctions == 0
+            ? "every edge is used as often in one direction as in the other, so winding numbers are defined"
+            : fmt::format(
+                  "closed: at {} T-junctions an edge is split on one side only, by points exactly on it, "
+                  "which leaves no gap, so winding numbers are defined",
+                  report.t_junctions);
     report.sign_advice = SignAdvice::around_both_sides;
     if (!(report.signed_volume < 0)) return;
     if (sample_sides(mesh, merged).any_inside) {
@@ -172,20 +181,14 @@ void decide_cycle(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspecti
 }
 
 /// Every edge has an even number of triangles, but their directions do not agree.
-void decide_even(const mesh::Merged& merged, const std::vector<bool>& degenerate, Inspection& out) {
+void decide_even(const mesh::Merged& merged, Inspection& out) {
     MeshReport& report = out.report;
     const Patches patches = find_patches(merged);
     const auto balanced = [&](const std::vector<std::uint8_t>& turn) {
         const mesh::Merged after{merged.points, turned(merged.triangles, turn)};
-        const auto excess = [&](bool with_degenerate) {
-            return count_edges(after,
-                               [&](std::size_t i) {
-                                   return !mesh::repeats_corner(after.triangles[i]) &&
-                                          (with_degenerate || !degenerate[i]);
-                               })
-                .unbalanced;
-        };
-        return excess(true) == 0 || excess(false) == 0;
+        const EdgeCounts edges =
+            count_edges(after, [&](std::size_t i) { return !mesh::repeats_corner(after.triangles[i]); });
+        return cancel_segments(after.points, edges.unbalanced, Chain::signed_sum).open == 0;
     };
     report.sign_advice = SignAdvice::around_both_sides;
     for (const bool all : {false, true}) {
@@ -224,18 +227,18 @@ void decide_open(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspectio
     report.sign = SignRule::unsigned_rule;
     report.sign_advice =
         report.inconsistent_edges > 0 ? SignAdvice::generalized_as_it_is : SignAdvice::fill_nevertheless;
-    if (double(report.odd_edges) > most_open_edges * double(report.triangles)) {
+    if (double(report.open_odd_edges) > most_open_edges * double(report.triangles)) {
         report.separating = 0;
         report.sign_reason = fmt::format(
             "{} edges have an odd number of triangles, more than half of what the triangles have: a soup, "
             "without inside",
-            report.odd_edges);
+            report.open_odd_edges);
         return;
     }
     Directions directions = choose_directions(mesh, merged, report.inconsistent_edges);
     report.separating = directions.separating;
     std::string state =
-        fmt::format("{} edges are not used equally often in both directions", report.unbalanced_edges);
+        fmt::format("{} edges are not used equally often in both directions", report.open_edges);
     if (report.inconsistent_edges > 0)
         state += fmt::format(", at {} two triangles disagree about the outside", report.inconsistent_edges);
     if (directions.inconsistent > 0)
@@ -259,16 +262,15 @@ void decide_open(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspectio
     out.turn = std::move(directions.turn);
 }
 
-void choose_sign(const mesh::Arrays& mesh, const mesh::Merged& merged, const std::vector<bool>& degenerate,
-                 Inspection& out) {
+void choose_sign(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
     MeshReport& report = out.report;
     if (report.degenerate == report.triangles) {
         report.sign = SignRule::unsigned_rule;
         report.sign_reason = "every triangle has zero area, so nothing can be inside";
-    } else if (report.unbalanced_edges == 0) {
+    } else if (report.open_edges == 0) {
         decide_cycle(mesh, merged, out);
-    } else if (report.odd_edges == 0) {
-        decide_even(merged, degenerate, out);
+    } else if (report.open_odd_edges == 0) {
+        decide_even(merged, out);
     } else {
         decide_open(mesh, merged, out);
     }
@@ -357,21 +359,31 @@ Inspection inspector::examine(const mesh::Arrays& mesh) {
     report.boundary_edges = edges.boundary;
     report.nonmanifold_edges = edges.nonmanifold;
     report.inconsistent_edges = edges.inconsistent;
-    report.unbalanced_edges = edges.unbalanced;
+    report.unbalanced_edges = edges.unbalanced.size();
     report.odd_edges = edges.odd;
-    if (edges.unbalanced > 0 && report.degenerate > 0) {
+    if (report.unbalanced_edges > 0 && report.degenerate > 0) {
         // Zero-area triangles have no winding number of their own: they may close cracks, but never open one.
         const EdgeCounts without = count_edges(merged, [&](std::size_t i) { return !degenerate[i]; });
-        report.unbalanced_edges = std::min(report.unbalanced_edges, without.unbalanced);
+        report.unbalanced_edges = std::min<std::uint64_t>(report.unbalanced_edges, without.unbalanced.size());
         report.odd_edges = std::min(report.odd_edges, without.odd);
+    }
+    // Their own boundaries cancel: it does not matter whether these edges are with or without them.
+    const Remainder whole = cancel_segments(merged.points, edges.unbalanced, Chain::signed_sum);
+    report.open_edges = whole.open;
+    if (report.unbalanced_edges > 0) report.t_junctions = whole.t_junctions;
+    report.open_odd_edges = whole.open;
+    if (whole.open > 0) {
+        const Remainder odd = cancel_segments(merged.points, edges.unbalanced, Chain::modulo_two);
+        report.open_odd_edges = odd.open;
+        if (odd.open == 0) report.t_junctions = odd.t_junctions;
     }
     report.components = count_components(merged);
     report.euler = std::int64_t(report.vertices) - std::int64_t(edges.edges) + std::int64_t(faces);
-    report.closed = report.boundary_edges == 0;
+    report.closed = report.boundary_edges == 0 || report.open_odd_edges == 0;
     report.oriented = report.inconsistent_edges == 0;
     report.bounds = bounds_of(merged.points);
     report.signed_volume = volume_of(merged, report.bounds);
-    choose_sign(mesh, merged, degenerate, out);
+    choose_sign(mesh, merged, out);
     if (out.turn.empty())
         examine_parts(merged, out);
     else

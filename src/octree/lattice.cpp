@@ -39,27 +39,50 @@ Box bounds(const mesh::Arrays& mesh) {
     return box;
 }
 
-Lattice make_lattice(const Box& box, int depth) {
-    const double far = largest_coordinate(box);
-    double side = 0;
-    for (int axis = 0; axis < 3; ++axis) side = std::max(side, box.max[axis] - box.min[axis]);
-    if (side == 0) side = far > 0 ? far : 1.0;  // a mesh that is one point: any scale will do
-    if (!(side >= min_size && far <= max_size))
-        throw InputError(fmt::format(
-            "mesh: size {:.3g} and largest coordinate {:.3g} must lie in [{:g}, {:g}]; scale the mesh", side,
-            far, min_size, max_size));
+namespace {
 
-    // |base + 4i| ≤ 4(far/w + 2ᴷ⁺²) must leave scale_bits for w; the index has this many bits:
-    const double index = 4 * (std::ldexp(far / side, depth) + std::ldexp(4.0, depth));
-    const int bits = std::min(scale_bits, significand_bits - (std::ilogb(index) + 1));
+/// What a lattice depends on of a mesh's bounds.
+struct Extent {
+    double far = 0, side = 0;
+
+    explicit Extent(const Box& box) : far(largest_coordinate(box)) {
+        for (int axis = 0; axis < 3; ++axis) side = std::max(side, box.max[axis] - box.min[axis]);
+        if (side == 0) side = far > 0 ? far : 1.0;  // a mesh that is one point: any scale will do
+    }
+
+    /// Of s: |base + 4i| ≤ 4(far/w + 2^(levels + 2)) must leave them for w.
+    int scale_bits_at(int depth) const {
+        const double index =
+            4 * (std::ldexp(far / side, depth) + std::ldexp(4.0, std::max(depth, least_levels)));
+        return std::min(scale_bits, significand_bits - (std::ilogb(index) + 1));
+    }
+};
+
+}  // namespace
+
+int deepest_lattice(const Box& box, int most) {
+    const Extent extent(box);
+    while (most > 0 && extent.scale_bits_at(most) < min_scale_bits) --most;
+    return most;
+}
+
+Lattice make_lattice(const Box& box, int depth) {
+    const Extent extent(box);
+    if (!(extent.side >= min_size && extent.far <= max_size))
+        throw InputError(fmt::format(
+            "mesh: size {:.3g} and largest coordinate {:.3g} must lie in [{:g}, {:g}]; scale the mesh",
+            extent.side, extent.far, min_size, max_size));
+    const int levels = std::max(depth, least_levels), bits = extent.scale_bits_at(depth);
     if (bits < min_scale_bits)
         throw InputError(
             fmt::format("mesh: {:.3g} away from the origin, which is too far for its size {:.3g} at depth {}; "
                         "move it nearer "
                         "to the origin or lower the depth",
-                        far, side, depth));
-
-    Lattice lattice{.depth = depth, .width = std::ldexp(round_up(side, bits), -depth), .base = {}};
+                        extent.far, extent.side, depth));
+    Lattice lattice{.depth = levels,
+                    .room = levels - depth,
+                    .width = std::ldexp(round_up(extent.side, bits), -depth),
+                    .base = {}};
     for (int axis = 0; axis < 3; ++axis) {
         const double centre = box.min[axis] + 0.5 * (box.max[axis] - box.min[axis]);
         const double quarter = 0.25 * lattice.width;

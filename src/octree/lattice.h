@@ -11,14 +11,23 @@
 /// The lattice of finest cells. Lattice coordinates count cell widths from the root cube's lower corner.
 namespace its::octree {
 
+/// A root cube of side 2s is 2ᴷ⁻¹ cells off M all around, and that is what f is there at least. Outer surfaces
+/// have levels of up to √3/2 cells (f on M is a mean of distances to the corners of a cell), and a move that
+/// is bounded by what f can bend in a cell: at K = 0 and 1 the root cube has the side 8w, 3 cells or more
+/// around M.
+inline constexpr int least_levels = 2;
+
 /// Every lattice position is an exact double: the index and the width together have at most 53 bits.
 struct Lattice {
-    int depth = 0;                          ///< K
+    int depth = 0;                          ///< levels between the finest and the root
+    int room = 0;                           ///< of these, how many more than K; see least_levels
     double width = 0;                       ///< w, the finest cell, mesh units
     std::array<std::int64_t, 3> base = {};  ///< the root cube's lower corner, in quarters of w from (0, 0, 0)
 
-    double scale() const { return width * double(std::uint64_t{1} << depth); }  ///< s
-    std::uint32_t cells() const { return std::uint32_t{2} << depth; }           ///< per side of the root
+    int resolution_depth() const { return depth - room; }                                 ///< K
+    std::uint32_t scale_cells() const { return std::uint32_t{1} << resolution_depth(); }  ///< along s
+    double scale() const { return width * double(scale_cells()); }                        ///< s = 2ᴷw
+    std::uint32_t cells() const { return std::uint32_t{2} << depth; }  ///< per side of the root
 
     /// The exact position of lattice point i, 0 ≤ i ≤ cells().
     double position(int axis, std::int64_t i) const { return double(base[axis] + 4 * i) * (0.25 * width); }
@@ -62,5 +71,8 @@ Box bounds(const mesh::Arrays& mesh);
 /// \throws InputError if the mesh is so far from the origin that lattice positions cannot be exact, or its size
 /// is not in [1e-75, 1e75], outside which exact predicates could overflow.
 Lattice make_lattice(const Box& bounds, int depth);
+
+/// The largest K up to `most` that make_lattice() takes, but for the size; 0 if none.
+int deepest_lattice(const Box& bounds, int most);
 
 }  // namespace its::octree

@@ -149,6 +149,7 @@ Json facts(const ThinShell& shell) {
     return Json::array({{"Depth K", fmt::format("{}", info.depth)},
                         {"Finest cell", picture::number_text(info.cell_width)},
                         {"Sign rule", std::string(name(info.sign))},
+                        {"Sides", info.sign == SignRule::generalized ? "by the shell" : "exact"},
                         {"ε₁", picture::number_text(info.epsilon_inner)},
                         {"ε₂", picture::number_text(info.epsilon_outer)},
                         {"Thickness", picture::number_text(info.thickness())},

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cmath>
+#include <vector>
 
 #include "base/parallel.h"
 #include "geometry/vec3.h"
@@ -54,25 +57,100 @@ double length_by_axes(const Vec3& v) {
 
 }  // namespace
 
+namespace {
+
+/// An equilateral triangle has A = 0.048 P².
+bool is_needle(double area, double perimeter) {
+    return area < 0.01 * perimeter * perimeter;
+}
+
+/// Sides and area of a triangle, in units of the lattice's scale.
+struct Shape {
+    Vec3 a, ab, ac, bc, normal;
+
+    Shape(const mesh::Arrays& mesh, const Triangle& t, double scale)
+        : a(mesh.vertices[t[0]]),
+          ab((1 / scale) * (mesh.vertices[t[1]] - a)),
+          ac((1 / scale) * (mesh.vertices[t[2]] - a)),
+          bc(ac - ab),
+          normal(cross(ab, ac)) {}
+
+    bool needle() const { return is_needle(0.5 * norm(normal), norm(ab) + norm(ac) + norm(bc)); }
+    double extent() const { return 0.5 * (length_by_axes(ab) + length_by_axes(ac) + length_by_axes(bc)); }
+};
+
+/// Cells at needle_depth that sides of needles pass, by points half a cell apart along them.
+class NeedleCells {
+public:
+    NeedleCells(const Vec3& origin, double scale)
+        : origin_(origin), scale_(scale), met_(side * side * side / 64) {}
+
+    void add(const Shape& t) {
+        const Vec3 at = (1 / scale_) * (t.a - origin_);
+        add_side(at, t.ab);
+        add_side(at, t.ac);
+        add_side(at + t.ab, t.bc);
+    }
+
+    double count() const {
+        std::uint64_t count = 0;
+        for (const auto& word : met_)
+            count += std::uint64_t(std::popcount(word.load(std::memory_order_relaxed)));
+        return double(count);
+    }
+
+private:
+    static constexpr std::uint64_t side = (std::uint64_t{1} << needle_depth) + 8;  // bounds, and rounding
+
+    void add_side(const Vec3& from, const Vec3& along) {
+        const int steps = int(std::ldexp(norm(along), needle_depth + 1)) + 1;
+        for (int i = 0; i <= steps; ++i) {
+            std::uint64_t cell = 0;
+            for (int axis = 2; axis >= 0; --axis) {
+                const double x = std::ldexp(from[axis] + double(i) / steps * along[axis], needle_depth);
+                cell = cell * side + std::uint64_t(std::clamp(x, 0.0, double(side - 1)));
+            }
+            met_[cell / 64].fetch_or(std::uint64_t{1} << cell % 64, std::memory_order_relaxed);
+        }
+    }
+
+    Vec3 origin_;
+    double scale_;
+    std::vector<std::atomic<std::uint64_t>> met_;
+};
+
+/// Needles are looked at where they could meet more than this part of the cells of the sheets.
+constexpr double least_needles = 0.25;
+/// By how much a line meets more cells than those that points half a cell apart on it are in, about.
+constexpr double missed = 1.25;
+
+double count_needle_cells(const mesh::Arrays& mesh, const Vec3& origin, double scale) {
+    NeedleCells cells(origin, scale);
+    for_chunks(mesh.triangles.size(), triangle_grain,
+               [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+                   for (std::uint64_t i = begin; i < end; ++i) {
+                       const Shape t(mesh, mesh.triangles[i], scale);
+                       if (t.needle()) cells.add(t);
+                   }
+               });
+    return missed * cells.count();
+}
+
+}  // namespace
+
 MeshMeasure measure(const mesh::Arrays& mesh) {
-    const double scale = octree::make_lattice(octree::bounds(mesh), 0).width;
+    const Box bounds = octree::bounds(mesh);
+    const double scale = octree::make_lattice(bounds, 0).width;
     std::vector<MeshMeasure> parts(chunk_count(mesh.triangles.size(), triangle_grain));
     for_chunks(mesh.triangles.size(), triangle_grain,
                [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
                    MeshMeasure part;
                    for (std::uint64_t i = begin; i < end; ++i) {
-                       const Triangle& t = mesh.triangles[i];
-                       const Vec3 a = mesh.vertices[t[0]], ab = mesh.vertices[t[1]] - a,
-                                  ac = mesh.vertices[t[2]] - a;
-                       const Vec3 normal = cross(ab, ac), bc = ac - ab;
-                       const double area = 0.5 * norm(normal) / (scale * scale);
-                       const double perimeter = (norm(ab) + norm(ac) + norm(bc)) / scale;
-                       const double extent =
-                           0.5 * (length_by_axes(ab) + length_by_axes(ac) + length_by_axes(bc)) / scale;
-                       part.area += 0.5 * length_by_axes(normal) / (scale * scale);
+                       const Shape t(mesh, mesh.triangles[i], scale);
+                       const double extent = t.extent();
+                       part.area += 0.5 * length_by_axes(t.normal);
                        part.extent += extent;
-                       // An equilateral triangle has A = 0.048 P².
-                       if (area < 0.01 * perimeter * perimeter) part.needles += extent;
+                       if (t.needle()) part.needles += extent;
                    }
                    parts[chunk] = part;
                });
@@ -82,6 +160,10 @@ MeshMeasure measure(const mesh::Arrays& mesh) {
         all.extent += part.extent;
         all.needles += part.needles;
     }
+    const double side = std::ldexp(1.0, needle_depth);
+    all.needle_cells = all.needles * side > least_needles * all.area * side * side
+                           ? count_needle_cells(mesh, bounds.min, scale)
+                           : all.needles * side;
     return all;
 }
 
@@ -94,7 +176,8 @@ double expected_pairs(const MeshMeasure& mesh, int depth) {
 
 double expected_cells(const MeshMeasure& mesh, int depth) {
     const double cells = std::ldexp(1.0, depth);
-    const double sheet = mesh.area * cells * cells, thread = mesh.needles * cells;
+    const double sheet = mesh.area * cells * cells,
+                 thread = std::min(mesh.needles * cells, std::ldexp(mesh.needle_cells, depth - needle_depth));
     return std::min(expected_pairs(mesh, depth), std::max(sheet, thread) + 8);
 }
 
@@ -102,7 +185,8 @@ double expected_cells(const MeshMeasure& mesh, int depth) {
 
 BuildSize estimate_size(const MeshMeasure& mesh, int depth) {
     double groups = 1;
-    for (int coarser = 0; coarser < depth; ++coarser) groups += expected_cells(mesh, coarser);
+    for (int coarser = 0; coarser < std::max(depth, octree::least_levels); ++coarser)
+        groups += expected_cells(mesh, coarser);
     const auto whole = [](double x) { return std::uint64_t(std::min(x, 1e15)); };
     return {mesh.triangles, whole(groups), whole(expected_cells(mesh, depth)),
             whole(expected_pairs(mesh, depth))};
@@ -127,6 +211,7 @@ void MemoryBudget::check(const BuildSize& size) const {
 }
 
 void MemoryBudget::check_level(int level, std::uint64_t cells, std::uint64_t pairs) const {
+    if (depth_ - level - 1 < 0) return;  // in cells wider than the mesh nothing is to be seen of it
     // Expected of cells and pairs from level + 1 to level 0: 4 a level for a surface, 2 for a curve, 1 for
     // points.
     const BuildSize here = estimate_size(mesh_, depth_ - level - 1), below = estimate_size(mesh_, depth_);
@@ -141,10 +226,11 @@ void MemoryBudget::check_level(int level, std::uint64_t cells, std::uint64_t pai
 
 int automatic_depth(const mesh::Arrays& mesh, std::uint64_t options_limit) {
     const std::uint64_t limit = memory_limit(options_limit);
-    // Triangles per cell fall by 2 to 4 a level: take the last depth that still holds that many.
     const MeshMeasure measured = measure(mesh);
-    int depth = 0;
-    for (int next = 1; next <= max_depth; ++next) {
+    const int deepest = octree::deepest_lattice(octree::bounds(mesh), max_depth);
+    int depth = std::min(least_automatic_depth, deepest);
+    // Triangles per cell fall by 2 to 4 a level: take the last depth that still holds that many.
+    for (int next = depth + 1; next <= deepest; ++next) {
         const BuildSize size = estimate_size(measured, next);
         if (double(size.pairs) < triangles_per_cell * double(size.surface_cells) || build_bytes(size) > limit)
             break;

@@ -21,17 +21,20 @@ std::uint64_t build_bytes(const BuildSize& size);
 /// What the expected size depends on: sums over triangles, in units of the lattice's scale.
 struct MeshMeasure {
     std::uint64_t triangles = 0;
-    double area = 0;     ///< of the triangle's shadows along the three axes
-    double extent = 0;   ///< along the three axes
-    double needles = 0;  ///< the same of triangles that are much longer than wide
+    double area = 0;          ///< of the triangle's shadows along the three axes
+    double extent = 0;        ///< along the three axes
+    double needles = 0;       ///< the same of triangles that are much longer than wide
+    double needle_cells = 0;  ///< that these meet at depth needle_depth, those that lie side by side together
 };
+inline constexpr int needle_depth = 6;
 MeshMeasure measure(const mesh::Arrays& mesh);
 
 /// The expected size at a depth. A convex piece of a plane meets 1 + E + A cells of a lattice whose position is
 /// random, E the sum of its extents along the axes and A that of the areas of its shadows along them, lengths
 /// in cell widths: the volume of its Minkowski sum with a cell. This gives the pairs. Triangles smaller than a
-/// cell share it: a surface without boundary meets A cells, up to its curvature, threads of needles E, both up
-/// to 8 more, and nothing more than the pairs. Each group has a cell as its parent that is met.
+/// cell share it: a surface without boundary meets A cells, up to its curvature, threads of needles E, or,
+/// where they lie side by side, as many as they are found to meet at one depth, in proportion; both up to 8
+/// more, and nothing more than the pairs. Each group has a cell as its parent that is met.
 BuildSize estimate_size(const MeshMeasure& mesh, int depth);
 BuildSize estimate_size(const mesh::Arrays& mesh, int depth);
 
@@ -57,7 +60,9 @@ private:
     std::uint64_t limit_;
 };
 
-/// The depth at which a surface cell holds about four triangles, and that fits into `options_limit`.
+/// The depth at which a surface cell holds about four triangles, and that fits into `options_limit`; but at
+/// least least_automatic_depth, if a lattice there can be exact at all so far from the origin.
+inline constexpr int least_automatic_depth = 6;
 int automatic_depth(const mesh::Arrays& mesh, std::uint64_t options_limit);
 
 }  // namespace its::shell

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -12,6 +13,7 @@
 #include "field/lscg.h"
 #include "inspect/inspect.h"
 #include "its/inspect.h"
+#include "its/weld.h"
 #include "mesh/arrays.h"
 #include "mesh/require.h"
 #include "octree/voxelise.h"
@@ -38,6 +40,8 @@ void check_depth(int depth) {
 
 void check_options(const BuildOptions& options) {
     if (options.depth) check_depth(*options.depth);
+    if (!(options.weld >= 0) || !std::isfinite(options.weld))
+        throw OptionError(fmt::format("welding length {}: must be finite and at least 0", options.weld));
     require_threads(options.run.threads);
 }
 
@@ -45,18 +49,18 @@ void check_options(const BuildOptions& options) {
 /// they are. \throws OptionError if the mesh cannot have it
 std::pair<SignRule, std::string> choose_sign(const MeshReport& report, const BuildOptions& options) {
     if (!options.sign) return {report.sign, report.sign_reason};
-    if (*options.sign == SignRule::winding && report.unbalanced_edges > 0)
+    if (*options.sign == SignRule::winding && report.open_edges > 0)
         throw OptionError(fmt::format(
             "sign rule winding: {} edges of the mesh are not matched by opposite ones, so that its "
             "inside is not defined; take generalized, unsigned, or the rule that suits the mesh, or close "
             "and orient it",
-            report.unbalanced_edges));
-    if (*options.sign == SignRule::even_odd && report.odd_edges > 0)
+            report.open_edges));
+    if (*options.sign == SignRule::even_odd && report.open_odd_edges > 0)
         throw OptionError(fmt::format(
             "sign rule even-odd: {} edges of the mesh have an odd number of triangles, so that its "
             "inside is not defined; take generalized, unsigned, or the rule that suits the mesh, or "
             "close it",
-            report.odd_edges));
+            report.open_odd_edges));
     return {*options.sign, "asked for"};
 }
 
@@ -92,7 +96,7 @@ std::uint64_t groups_of(const octree::Octree& octree) {
 ShellInfo describe(const ShellData& shell, const MeshReport& report) {
     ShellInfo info;
     const octree::Lattice& lattice = shell.lattice;
-    info.depth = lattice.depth;
+    info.depth = lattice.resolution_depth();
     info.mesh_closed = report.closed;
     info.mesh_vertices = report.vertices;
     info.mesh_triangles = report.triangles;
@@ -124,8 +128,11 @@ Shares shares_of(SignRule rule, Solver solver) {
 /// One build, phase by phase. Each phase takes what it needs from those before and frees what none after needs.
 class Builder {
 public:
-    Builder(const mesh::Arrays& mesh, const BuildOptions& options, const Progress& progress)
+    /// \param given  what the mesh was before welding
+    Builder(const mesh::Arrays& mesh, const BuildOptions& options, const mesh::Arrays& given,
+            const Progress& progress)
         : mesh_(mesh),
+          given_(given),
           options_(options),
           parts_(progress),
           inspection_(inspector::examine(mesh)),  // throws on what is no mesh
@@ -148,7 +155,7 @@ public:
 
     void find_cells() {
         const Stopwatch octree_time;
-        voxels_ = octree::voxelise(positions_, mesh_.triangles, depth_, shell_.lattice.dilation(),
+        voxels_ = octree::voxelise(positions_, mesh_.triangles, shell_.lattice.depth, shell_.lattice.dilation(),
                                    parts_.until(shares_.octree),
                                    [&](int level, std::uint64_t cells, std::uint64_t pairs) {
                                        budget_.check_level(level, cells, pairs);
@@ -160,7 +167,7 @@ public:
         seconds_.signs = sign_time.seconds();
 
         const Stopwatch tree_time;
-        shell_.octree = octree::make_octree(depth_, voxels_.cell);
+        shell_.octree = octree::make_octree(shell_.lattice.depth, voxels_.cell);
         std::vector<std::uint64_t>().swap(voxels_.cell);
         budget_.check({mesh_.triangles.size(), groups_of(shell_.octree), shell_.octree.surface_cells(),
                        voxels_.triangle.size()});
@@ -212,7 +219,8 @@ public:
         shell_.info.extrema = options_.extrema;
         shell_.info.solver = options_.solver;
         shell_.info.rounding = rounding_;
-        shell_.info.input_hash = input_hash(mesh_.view(), options_);
+        shell_.info.weld = options_.weld;
+        shell_.info.input_hash = input_hash(given_.view(), options_);
         seconds_.total = total_.seconds();
         return Access::make(std::move(shell_), seconds_);
     }
@@ -227,7 +235,7 @@ private:
     }
 
     const Stopwatch total_;
-    mesh::Arrays mesh_;
+    mesh::Arrays mesh_, given_;
     const BuildOptions& options_;
     Parts parts_;
     Shares shares_;
@@ -272,8 +280,10 @@ std::optional<Solver> parse_solver(std::string_view name) {
 ThinShell build(const MeshView& mesh, const BuildOptions& options, MeshReport* report) {
     check_options(options);
     return run_call(options.run, "mesh", [&](const Progress& progress) {
-        const mesh::Native native(mesh);
-        Builder builder(native, options, progress);
+        const mesh::Native given(mesh);
+        const std::optional<Welded> welded =
+            options.weld > 0 ? std::optional(weld(given.arrays().view(), options.weld)) : std::nullopt;
+        Builder builder(welded ? mesh::Arrays(welded->mesh) : given.arrays(), options, given, progress);
         builder.find_cells();
         builder.find_distances();
         builder.find_field();

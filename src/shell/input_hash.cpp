@@ -1,5 +1,6 @@
 #include <xxhash.h>
 
+#include <bit>
 #include <memory>
 #include <new>
 #include <span>
@@ -22,6 +23,7 @@ std::array<std::uint64_t, 2> input_hash(const MeshView& view, const BuildOptions
         std::uint64_t(options.extrema),
         std::uint64_t(options.solver),
         options.depth ? 0 : options.max_memory,
+        std::bit_cast<std::uint64_t>(options.weld + 0.0),
         mesh.vertices.size(),
         mesh.triangles.size(),
     };

@@ -48,7 +48,9 @@ constexpr double min_scale = 1e-75, max_scale = 1e76;
 void check_lattice(const octree::Lattice& lattice) {
     require(lattice.depth >= 0 && lattice.depth <= max_depth, "depth {} is not in [0, {}]", lattice.depth,
             max_depth);
-    const double scale = lattice.width * double(std::uint64_t{1} << lattice.depth);
+    require(lattice.room >= 0 && lattice.room <= std::min(lattice.depth, octree::least_levels),
+            "a root cube {} levels above the scale", lattice.room + 1);
+    const double scale = lattice.scale();
     require(scale >= min_scale && scale <= max_scale, "cell width {} is out of range", lattice.width);
     // width = odd · 2^e. Positions are (base + 4i) · width/4, which is exact if the bits of both factors add up
     // to no more than the 53 of a double.
@@ -186,7 +188,7 @@ void check_info(const ShellData& shell) {
     require(info.epsilon_inner == shell.lattice.width * shell.epsilon_inner &&
                 info.epsilon_outer == shell.lattice.width * shell.epsilon_outer,
             "ε₁ and ε₂ differ between lattice and mesh units");
-    require(info.depth == shell.lattice.depth && info.cell_width == shell.lattice.width &&
+    require(info.depth == shell.lattice.resolution_depth() && info.cell_width == shell.lattice.width &&
                 info.scale == shell.lattice.scale(),
             "the description does not match the lattice");
     require(
@@ -196,6 +198,7 @@ void check_info(const ShellData& shell) {
     require(info.root.min == shell.lattice.position({0, 0, 0}) &&
                 info.root.max == shell.lattice.position({side, side, side}),
             "the root cube does not match the lattice");
+    require(std::isfinite(info.weld) && info.weld >= 0, "welded with {}, which is not a length", info.weld);
     require(std::isfinite(info.rounding) && info.rounding >= 0, "rounding {} is not a length", info.rounding);
     std::uint64_t cells = 1;  // the root
     for (const octree::Level& level : shell.octree.levels) cells += 8 * level.groups();

@@ -136,7 +136,7 @@ void visit_facts(Shell& shell, std::uint32_t file_version, Visit&& visit) {
     all(info.epsilon_inner, info.epsilon_outer, info.rounding);
     all(info.surface_cells, info.cells, info.memory_bytes);
     if (file_version == 1) return;
-    all(shell.grid_points, info.input_hash[0], info.input_hash[1]);
+    all(shell.grid_points, info.input_hash[0], info.input_hash[1], info.weld);
 }
 
 inline std::uint64_t to_word(double v) {

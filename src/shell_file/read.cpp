@@ -113,7 +113,10 @@ void read_facts(Bytes file, const Section& section, std::uint32_t file_version, 
     });
     for (; known < words.size(); ++known) good &= words[known] == 0;
     good &= file_version == 1 || shell.grid_points > 0;
-    require(good && shell.lattice.depth >= 0 && shell.lattice.depth <= max_depth, "has damaged numbers");
+    require(good && shell.lattice.depth >= 0 && shell.lattice.depth <= max_depth && shell.info.depth >= 0 &&
+                shell.info.depth <= shell.lattice.depth,
+            "has damaged numbers");
+    shell.lattice.room = shell.lattice.depth - shell.info.depth;
 }
 
 template <class T>

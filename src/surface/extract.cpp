@@ -33,7 +33,7 @@ void check_options(const SurfaceOptions& options) {
 }
 
 std::unique_ptr<LevelSource> make_source(const shell::ShellData& shell, int resolution) {
-    const bool finest = resolution == 0 || std::uint32_t(resolution) == std::uint32_t{1} << shell.lattice.depth;
+    const bool finest = resolution == 0 || std::uint32_t(resolution) == shell.lattice.scale_cells();
     return finest ? finest_source(shell) : resampled_source(shell, resolution);
 }
 
@@ -93,7 +93,7 @@ void explain_empty_inner(const shell::ShellData& shell, SurfaceReport& report) {
         return;
     }
     const int needed = int(std::ceil(std::log2(2 * shell.lattice.scale() / radius)));
-    const int depth = std::max(needed, shell.lattice.depth + 1);
+    const int depth = std::max(needed, shell.info.depth + 1);
     report.depth_wanted = depth <= max_depth ? depth : 0;
     report.reason = fmt::format("no lattice point lies deeper inside than the level {:.3g}; {}", report.level,
                                 report.depth_wanted > 0

@@ -170,9 +170,10 @@ private:
 class ResampledSource : public LevelSource {
 public:
     ResampledSource(const shell::ShellData& shell, int resolution)
-        : LevelSource(shell.lattice, shell.lattice.scale() / resolution, 2 * std::uint32_t(resolution)),
+        : LevelSource(shell.lattice, shell.lattice.scale() / resolution,
+                      std::uint32_t(resolution) << (1 + shell.lattice.room)),
           shell_(shell),
-          ratio_(double(shell.lattice.cells()) / (2.0 * resolution)) {}
+          ratio_(double(shell.lattice.scale_cells()) / resolution) {}
 
     std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
         Parts parts(progress);

@@ -37,7 +37,8 @@ struct Arrays {
 struct Job {
     const Arrays& arrays;
     const View& view;  ///< of the arrays
-    const Mesh& mesh;  ///< the mesh to judge by; valid, and inside the root cube
+    const Mesh& given;
+    const Mesh& mesh;  ///< the mesh to judge by, the given one but for welding; valid, and inside the root cube
     Evaluation value;  ///< thread-safe
     const VerifyOptions& options;
     bool same_mesh = false;  ///< the shell's own copy but for turned triangles: their numbers mean the same

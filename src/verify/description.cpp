@@ -2,6 +2,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <new>
@@ -93,6 +94,8 @@ void check_copy(const Job& job, VerifyReport& report) {
     check.passed = check.violations == 0;
     check.detail = fmt::format("the shell's copy is the given mesh, {} of {} triangles turned around", turns,
                                job.mesh.triangles.size());
+    if (job.view.data().info.weld > 0)
+        check.detail += fmt::format(", after corners nearer than {:.6g} became one", job.view.data().info.weld);
     if (!check.passed)
         check.detail += directed ? fmt::format("; {} neighbours that agreed no longer do", check.violations)
                                  : ", for which the sign rule has no reason";
@@ -140,9 +143,10 @@ std::string judge_numbers(const Job& job) {
         return fmt::format("the mesh has {} triangles over {} positions, not {} over {}",
                            job.mesh.triangles.size(), job.boundary.vertices, info.mesh_triangles,
                            info.mesh_vertices);
-    if (info.mesh_closed == job.boundary.single_edges)
-        return info.mesh_closed ? "the mesh is not closed: an edge has one triangle"
-                                : "the mesh is closed: no edge has one triangle";
+    if (info.mesh_closed != (!job.boundary.single_edges || job.boundary.odd_edges.empty()))
+        return info.mesh_closed
+                   ? "the mesh is not closed: an edge has one triangle, and others do not cancel it"
+                   : "the mesh is closed: no edge has one triangle, or others cancel it";
     if (info.sign == SignRule::winding && !job.boundary.edges.empty())
         return fmt::format("{} edges of the mesh do not cancel, so that it has no winding numbers",
                            job.boundary.edges.size());
@@ -178,6 +182,7 @@ std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_depth, bool chos
                                      std::uint64_t(info.extrema),
                                      std::uint64_t(info.solver),
                                      chose_depth ? job.options.build_memory : 0,
+                                     std::bit_cast<std::uint64_t>(info.weld),
                                      job.mesh.vertices.size(),
                                      job.mesh.triangles.size()};
     const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), XXH3_freeState);
@@ -189,7 +194,7 @@ std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_depth, bool chos
     add(ITS_VERSION);
     add(numbers);
     add(job.mesh.vertices);
-    add(job.mesh.triangles);
+    add(job.given.triangles);
     const XXH128_hash_t hash = XXH3_128bits_digest(state.get());
     return {hash.low64, hash.high64};
 }

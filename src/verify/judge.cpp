@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "geometry/vec3.h"
 #include "verify/checks.h"
+#include "verify/weld.h"
 
 namespace its {
 
@@ -62,24 +63,27 @@ std::string place(const Vec3& p) {
 
 namespace {
 
-void check_mesh(const Lattice& lattice, const Mesh& mesh) {
+void check_usable(const Mesh& mesh) {
     if (mesh.triangles.empty()) throw InputError("verify: the mesh has no triangles");
-    const std::int64_t n = lattice.cells();
-    const Vec3 low = lattice.position({0, 0, 0}), high = lattice.position({n, n, n});
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const std::uint32_t v : mesh.triangles[t]) {
             if (v >= mesh.vertices.size())
                 throw InputError(fmt::format("verify: triangle {} uses vertex {}, which does not exist", t, v));
-            const Vec3& p = mesh.vertices[v];
-            if (!finite(p)) throw InputError(fmt::format("verify: vertex {} is not finite", v));
+            if (!finite(mesh.vertices[v])) throw InputError(fmt::format("verify: vertex {} is not finite", v));
+        }
+}
+
+void check_within_root(const Lattice& lattice, const Mesh& mesh) {
+    const std::int64_t n = lattice.cells();
+    const Vec3 low = lattice.position({0, 0, 0}), high = lattice.position({n, n, n});
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
             for (int axis = 0; axis < 3; ++axis)
-                if (p[axis] < low[axis] || p[axis] > high[axis])
+                if (mesh.vertices[v][axis] < low[axis] || mesh.vertices[v][axis] > high[axis])
                     throw InputError(
                         fmt::format("verify: vertex {} at {} is outside the shell's root cube; is this "
                                     "the mesh that the shell was built from?",
-                                    v, place(p)));
-        }
-    }
+                                    v, place(mesh.vertices[v])));
 }
 
 Box bounds_of(const Mesh& mesh) {
@@ -103,21 +107,32 @@ bool equal_but_for_turns(std::span<const Triangle> a, std::span<const Triangle> 
 
 }  // namespace
 
-VerifyReport judge(const shell::ShellData& data, const Evaluation& value, const Mesh& mesh,
+VerifyReport judge(const shell::ShellData& data, const Evaluation& value, const Mesh& given,
                    const VerifyOptions& options) {
     return run_call(options.run, "verify", [&](const Progress& progress) {
         VerifyReport report;
         Parts parts(progress);
         const std::optional<Arrays> arrays = check_structure(data, parts.until(0.05), report);
         if (!arrays) return report;  // the rest would read outside the arrays
-        check_mesh(arrays->view.lattice(), mesh);
+        const double length = data.info.weld;
+        check_usable(given);
+        const Mesh after = length > 0 ? welded(given, length) : Mesh{};
+        const Mesh& mesh = length > 0 ? after : given;
+        check_within_root(arrays->view.lattice(), mesh);
         const bool same =
             data.mesh.vertices == mesh.vertices && equal_but_for_turns(mesh.triangles, data.mesh.triangles);
         Mesh directed = mesh;
         if (same) directed.triangles.assign(data.mesh.triangles.begin(), data.mesh.triangles.end());
-        const Job job{*arrays,  arrays->view,    mesh,
-                      value,    options,         same,
-                      directed, bounds_of(mesh), find_boundary(directed),
+        const Job job{*arrays,
+                      arrays->view,
+                      given,
+                      mesh,
+                      value,
+                      options,
+                      same,
+                      directed,
+                      bounds_of(mesh),
+                      find_boundary(directed),
                       parts};
         check_description(job, report);
         check_samples(job, report);

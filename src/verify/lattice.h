@@ -59,13 +59,18 @@ inline Cell separate(std::uint64_t code) {
 class Lattice {
 public:
     explicit Lattice(const octree::Lattice& given)
-        : depth(given.depth), width(given.width), base_(given.base), origin_(position({0, 0, 0})) {}
+        : depth(given.depth),
+          room(given.room),
+          width(given.width),
+          base_(given.base),
+          origin_(position({0, 0, 0})) {}
 
-    int depth;
+    int depth;  ///< levels between the finest and the root
+    int room;   ///< of these, how many more than K: the root is 2^(1 + room) times the scale
     double width;
 
     std::int64_t cells() const { return std::int64_t{2} << depth; }
-    double scale() const { return std::ldexp(width, depth); }
+    double scale() const { return std::ldexp(width, depth - room); }
     double side() const { return std::ldexp(width, depth + 1); }
 
     /// Exact: index and width together have at most 53 bits.

@@ -86,8 +86,10 @@ Complaint check_numbers(const View& view) {
     if (differ(info.epsilon_inner, data.epsilon_inner * w) ||
         differ(info.epsilon_outer, data.epsilon_outer * w))
         return "info: ε differs from the arrays'";
+    if (!(info.weld >= 0) || !std::isfinite(info.weld)) return "info: the welding length is not a length";
     if (!(info.rounding >= 0) || !std::isfinite(info.rounding)) return "info: γ is not a length";
-    if (info.depth != data.octree.depth || info.cell_width != w) return "info: depth or cell width differ";
+    if (info.depth != lattice.depth - lattice.room || info.cell_width != w)
+        return "info: depth or cell width differ";
     if (info.surface_cells != view.surface_cells()) return "info: number of surface cells differs";
     if (info.scale != lattice.scale()) return "info: scale differs";
     std::uint64_t cells = 1;

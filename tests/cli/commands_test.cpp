@@ -311,9 +311,12 @@ TEST_F(Commands, SameBytesForAnyNumberOfThreads) {
 
 TEST_F(Commands, DepthIsChosenWithinTheMemory) {
     const int free = run_json({"build", mesh, "-o", shell})["depth"].get<int>();
-    const json tight = run_json({"build", mesh, "-o", shell, "--max-memory", "42M"});  // 40 are the program's
+    const json tight = run_json({"build", mesh, "-o", shell, "--max-memory", "44M"});  // 40 are the program's
     EXPECT_LE(tight["depth"].get<int>(), free);
-    EXPECT_LE(tight["memory_bytes"].get<double>(), 2e6);
+    EXPECT_LE(tight["memory_bytes"].get<double>(), 4e6);
+    const Result too_tight = run({"build", mesh, "-o", shell, "--max-memory", "41M", "--force"});
+    EXPECT_EQ(too_tight.status, 2) << "depth 6 is the least that is chosen";
+    EXPECT_THAT(too_tight.error, HasSubstr("the largest depth that fits is"));
 }
 
 TEST_F(Commands, AllKeepToTheMemoryThatIsAllowed) {

@@ -58,8 +58,8 @@ TEST_F(SimplifyCommand, WithinATolerance) {
 TEST_F(SimplifyCommand, ToAFaceCountByEveryMethod) {
     for (const char* method : {"certified", "vertex", "priority", "qem"}) {
         std::vector<std::string> arguments = {"--faces", "1600", "--method", method};
-        if (std::string(method) == "vertex")
-            arguments.insert(arguments.end(), {"--depth", "3"});  // a thick shell
+        // The shell of the depth that build chooses leaves no room for so few faces.
+        if (std::string(method) == "vertex") arguments.insert(arguments.end(), {"--depth", "3"});
         const json j = simplified(arguments);
         EXPECT_EQ(j["faces_after"], 1600) << method;
         EXPECT_EQ(j["method"], method);

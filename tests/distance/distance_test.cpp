@@ -67,7 +67,8 @@ Setting setting(const Mesh& mesh, int depth) {
     Setting s{octree::make_lattice(octree::bounds(mesh), depth), {}, {}};
     for (const Vec3& v : mesh.vertices) s.positions.push_back(s.lattice.to_lattice(v));
     s.octree = octree::make_octree(
-        depth, octree::voxelise(s.positions, mesh.triangles, depth, s.lattice.point_error(), {}).cell);
+        s.lattice.depth,
+        octree::voxelise(s.positions, mesh.triangles, s.lattice.depth, s.lattice.point_error(), {}).cell);
     return s;
 }
 

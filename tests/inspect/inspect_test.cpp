@@ -152,7 +152,9 @@ TEST(Inspect, ZeroAreaTrianglesNeitherOpenAMeshNorFailToCloseIt) {
     ASSERT_TRUE(done);
     EXPECT_EQ(inspect(cut).sign, SignRule::winding);
     cut.triangles.pop_back();
-    EXPECT_EQ(inspect(cut).sign, SignRule::generalized);
+    EXPECT_EQ(inspect(cut).sign, SignRule::winding) << "a point exactly on the edge leaves no gap";
+    cut.vertices.back() = {0.5, 0, 0x1p-60};
+    EXPECT_EQ(inspect(cut).sign, SignRule::generalized) << "but one beside it does";
 }
 
 TEST(Inspect, RefusesWhatIsNoMesh) {

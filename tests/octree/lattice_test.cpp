@@ -34,6 +34,8 @@ TEST(Lattice, PositionsAreExactAndTheMeshIsWellInside) {
                 const double side = box.max[axis] - box.min[axis];
                 EXPECT_LE(side, lattice.scale()) << entry.name;
                 const double margin = 0.375 * lattice.scale();  // s/2, less the rounding of the centre
+                EXPECT_GE(lattice.cells(), 8u) << "room for surfaces";
+                EXPECT_EQ(lattice.resolution_depth(), depth);
                 EXPECT_GE(box.min[axis] - lattice.position(axis, 0), margin) << entry.name << depth;
                 EXPECT_GE(lattice.position(axis, lattice.cells()) - box.max[axis], margin)
                     << entry.name << depth;

@@ -78,7 +78,7 @@ TEST(Voxelise, AgreesWithClippingOnTheZoo) {
         SCOPED_TRACE(entry.name);
         for (const int depth : {0, 2, 5}) {
             const octree::Lattice lattice = octree::make_lattice(octree::bounds(entry.mesh), depth);
-            compare_with_clipping(lattice_positions(entry.mesh, lattice), entry.mesh.triangles, depth);
+            compare_with_clipping(lattice_positions(entry.mesh, lattice), entry.mesh.triangles, lattice.depth);
         }
     }
 }
@@ -128,9 +128,10 @@ TEST(Octree, IsTheClosureOfItsSurfaceCells) {
     for (const auto& entry : zoo::all()) {
         const int depth = 5;
         const octree::Lattice lattice = octree::make_lattice(octree::bounds(entry.mesh), depth);
-        const octree::Voxels voxels = octree::voxelise(lattice_positions(entry.mesh, lattice),
-                                                       entry.mesh.triangles, depth, lattice.point_error(), {});
-        const octree::Octree octree = octree::make_octree(depth, voxels.cell);
+        const octree::Voxels voxels =
+            octree::voxelise(lattice_positions(entry.mesh, lattice), entry.mesh.triangles, lattice.depth,
+                             lattice.point_error(), {});
+        const octree::Octree octree = octree::make_octree(lattice.depth, voxels.cell);
         ASSERT_EQ(octree.levels.size(), std::size_t(depth) + 1);
         EXPECT_EQ(octree.surface_cells(), voxels.cell.size());
         EXPECT_EQ(octree.levels[depth].parent, std::vector<std::uint64_t>{0});

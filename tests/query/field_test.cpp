@@ -14,6 +14,7 @@
 #include "query/access.h"
 #include "query/index.h"
 #include "query/oracle.h"
+#include "shell/access.h"
 #include "shell/shell_data.h"
 #include "support/zoo.h"
 
@@ -51,7 +52,8 @@ TEST(QueryField, ValueAndGradientAreTheShells) {
                 const query::QueryIndex& index = query::Access::index(query);
                 const Vec3 u = index.to_lattice(p);
                 if (!index.in_root(u)) continue;
-                const query::Place at = query::descend(index.levels.data(), 0, depth, query::finest_cell(u));
+                const query::Place at = query::descend(
+                    index.levels.data(), 0, shell::Access::data(shell).octree.depth, query::finest_cell(u));
                 if (!at.marked) continue;
                 ++in_surface_cells;
                 ASSERT_EQ(f, g) << "in a cell that meets M";

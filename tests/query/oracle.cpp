@@ -136,6 +136,11 @@ std::vector<NamedMesh> closed_meshes() {
     needles.triangles.push_back({0, 0, v - 1});
     needles.triangles.push_back({0, v - 1, 0});
     meshes.push_back({"sphere with segments", needles});
+    meshes.push_back({"slab with a T-junction", zoo::slab_t_junction()});
+    meshes.push_back({"cube with a T-junction", zoo::cube_t_junction()});
+    meshes.push_back({"box with T-junctions", zoo::split_on_one_side(unit, 40, 3)});
+    meshes.push_back(
+        {"torus with T-junctions", zoo::split_on_one_side(zoo::snapped(zoo::torus(1, 0.35, 24, 12)), 300, 4)});
     return meshes;
 }
 

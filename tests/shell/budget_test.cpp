@@ -36,11 +36,12 @@ shell::BuildSize size_by_level(const Mesh& mesh, int depth, std::vector<Level>& 
     const octree::Lattice lattice = octree::make_lattice(octree::bounds(mesh), depth);
     std::vector<Vec3> positions;
     for (const Vec3& v : mesh.vertices) positions.push_back(lattice.to_lattice(v));
-    const octree::Voxels voxels = octree::voxelise(positions, mesh.triangles, depth, lattice.point_error(), {},
-                                                   [&](int level, std::uint64_t cells, std::uint64_t pairs) {
-                                                       levels.push_back({level, cells, pairs});
-                                                   });
-    const octree::Octree octree = octree::make_octree(depth, voxels.cell);
+    const octree::Voxels voxels =
+        octree::voxelise(positions, mesh.triangles, lattice.depth, lattice.point_error(), {},
+                         [&](int level, std::uint64_t cells, std::uint64_t pairs) {
+                             levels.push_back({level, cells, pairs});
+                         });
+    const octree::Octree octree = octree::make_octree(lattice.depth, voxels.cell);
     std::uint64_t groups = 0;
     for (const auto& level : octree.levels) groups += level.groups();
     return {mesh.triangles.size(), groups, voxels.cell.size(), voxels.triangle.size()};
@@ -95,6 +96,48 @@ TEST(Budget, TheMeasureDoesNotDependOnScale) {
     EXPECT_EQ(a.area, b.area);
     EXPECT_EQ(a.extent, b.extent);
     EXPECT_GT(a.area, 1);
+}
+
+/// A square of needles side by side, and as many in a wire.
+Mesh needle_sheet(std::uint32_t needles) {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i <= needles; ++i) {
+        const double x = double(i) / needles;
+        mesh.vertices.push_back({x, 0, 0.2 * x});
+        mesh.vertices.push_back({x, 1, 0.3 * x});
+        if (i == needles) break;
+        mesh.triangles.push_back({2 * i, 2 * i + 2, 2 * i + 3});
+        mesh.triangles.push_back({2 * i, 2 * i + 3, 2 * i + 1});
+    }
+    return mesh;
+}
+
+Mesh wire() {
+    Mesh mesh{{{0, 0, 0}, {1, 0.3, 0.2}, {0, 1e-4, 0}}, {}};
+    for (std::uint32_t i = 0; i < 20; ++i) mesh.triangles.push_back({0, 1, 2});
+    return mesh;
+}
+
+TEST(Budget, NeedlesSideBySideShareCells) {
+    for (const auto& [name, mesh] : {std::pair{"sheet", needle_sheet(4000)}, std::pair{"wire", wire()}})
+        for (const int depth : {6, 7, 9}) {
+            std::vector<Level> levels;
+            const shell::BuildSize real = size_by_level(mesh, depth, levels),
+                                   guess = shell::estimate_size(mesh, depth);
+            EXPECT_LT(double(guess.surface_cells), 2.2 * double(real.surface_cells)) << name << ' ' << depth;
+            EXPECT_GT(double(guess.surface_cells), 0.6 * double(real.surface_cells)) << name << ' ' << depth;
+        }
+    EXPECT_GE(shell::automatic_depth(needle_sheet(4000), 0), 7) << "400 needles pass through a cell of depth 6";
+}
+
+TEST(Budget, AutomaticDepthIsAtLeastSix) {
+    for (const auto& entry : zoo::all()) EXPECT_GE(shell::automatic_depth(entry.mesh, 0), 6) << entry.name;
+    EXPECT_EQ(shell::automatic_depth(zoo::single_triangle(), 1), 6)
+        << "and the build says that it does not fit";
+    Mesh far = zoo::single_triangle();
+    for (Vec3& v : far.vertices) v.x += 0x1p38;
+    EXPECT_LT(shell::automatic_depth(far, 0), 6);
+    EXPECT_NO_THROW(build(far));
 }
 
 }  // namespace

@@ -265,7 +265,7 @@ struct Setting {
 Setting setting(const Mesh& mesh, int depth) {
     Setting s{mesh, octree::make_lattice(octree::bounds(mesh), depth), {}, {}};
     for (const Vec3& v : mesh.vertices) s.positions.push_back(s.lattice.to_lattice(v));
-    s.voxels = octree::voxelise(s.positions, mesh.triangles, depth, s.lattice.point_error(), {});
+    s.voxels = octree::voxelise(s.positions, mesh.triangles, s.lattice.depth, s.lattice.point_error(), {});
     return s;
 }
 
@@ -335,12 +335,12 @@ TEST(GeneralizedSigns, GridPointsGetTheirOwnSign) {
             Setting s = setting(mesh, depth);
             signs::GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
             signs.add_flip_cells(s.voxels, {});
-            const octree::Octree octree = octree::make_octree(depth, s.voxels.cell);
+            const octree::Octree octree = octree::make_octree(s.lattice.depth, s.voxels.cell);
             std::vector<std::vector<double>> values;
             for (const octree::Level& level : octree.levels)
                 values.emplace_back(octree::group_points * level.groups(), 1.0);
             signs.apply(octree, values, {});
-            for (int level = 0; level <= depth; ++level)
+            for (int level = 0; level <= s.lattice.depth; ++level)
                 for (std::uint64_t g = 0; g < octree.levels[std::size_t(level)].groups(); ++g) {
                     const octree::Cell at = octree::morton_decode(octree.levels[std::size_t(level)].parent[g]);
                     for (int p = 0; p < octree::group_points; ++p) {

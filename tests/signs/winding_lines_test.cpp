@@ -32,7 +32,7 @@ Setting setting(const Mesh& mesh, int depth) {
     Setting s{mesh, octree::make_lattice(octree::bounds(mesh), depth), {}};
     std::vector<Vec3> positions;
     for (const Vec3& v : mesh.vertices) positions.push_back(s.lattice.to_lattice(v));
-    s.voxels = octree::voxelise(positions, mesh.triangles, depth, s.lattice.point_error(), {});
+    s.voxels = octree::voxelise(positions, mesh.triangles, s.lattice.depth, s.lattice.point_error(), {});
     return s;
 }
 

@@ -98,12 +98,14 @@ std::string first_folder(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-/// Public headers belong to the module of their name; version.h to the lowest, those of files to formats.
+/// Public headers belong to the module of their name; version.h to the lowest, those of files to formats,
+/// weld.h to inspect.
 std::string module_of_include(const std::string& name) {
     if (first_folder(name) != "its") return first_folder(name);
     const std::string stem = fs::path(name).stem().string();
     return stem == "version" || stem == "memory"     ? "base"
            : stem == "mesh_file" || stem == "points" ? "formats"
+           : stem == "weld"                          ? "inspect"
                                                      : stem;
 }
 

@@ -228,6 +228,77 @@ Mesh shuffled(const Mesh& mesh, std::uint64_t seed) {
     return other;
 }
 
+Mesh split_on_one_side(const Mesh& mesh, int count, std::uint64_t seed) {
+    Random random{seed};
+    Mesh out = mesh;
+    for (int i = 0; i < count; ++i) {
+        const std::size_t which = random.below(out.triangles.size()), k = random.below(3);
+        const Triangle t = out.triangles[which];
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
+        const double share = double(1 + random.below(3)) / 4;
+        const Vec3 p = out.vertices[a], along = out.vertices[b] - p;
+        const auto middle = std::uint32_t(out.vertices.size());
+        out.vertices.push_back(p + share * along);
+        out.triangles[which] = {a, middle, c};
+        out.triangles.push_back({middle, b, c});
+    }
+    return out;
+}
+
+Mesh snapped(const Mesh& mesh) {
+    double largest = 0;
+    for (const Vec3& v : mesh.vertices)
+        largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    const double step = std::ldexp(1.0, std::ilogb(largest) - 20);
+    Mesh out = mesh;
+    for (Vec3& v : out.vertices)
+        v = {step * std::round(v.x / step), step * std::round(v.y / step), step * std::round(v.z / step)};
+    return out;
+}
+
+Mesh slab_t_junction() {
+    return {{{0, 0, 0},
+             {0, 0, 1},
+             {0, 4, 0},
+             {0, 4, 1},
+             {10, 0, 0},
+             {10, 0, 1},
+             {10, 4, 0},
+             {10, 4, 1},
+             {0, 0, 0.5}},
+            {{0, 8, 3},
+             {0, 3, 2},
+             {4, 6, 7},
+             {4, 7, 5},
+             {0, 4, 5},
+             {0, 5, 1},
+             {2, 3, 7},
+             {2, 7, 6},
+             {0, 2, 6},
+             {0, 6, 4},
+             {1, 5, 7},
+             {1, 7, 3},
+             {8, 1, 3}}};
+}
+
+Mesh cube_t_junction() {
+    return {
+        {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}, {0, 1, 1}, {1, 0, 0}, {1, 0, 1}, {1, 1, 0}, {1, 1, 1}, {0.5, 0, 0.5}},
+        {{0, 1, 3},
+         {0, 3, 2},
+         {4, 6, 7},
+         {4, 7, 5},
+         {5, 8, 4},
+         {0, 5, 1},
+         {2, 3, 7},
+         {2, 7, 6},
+         {0, 2, 6},
+         {0, 6, 4},
+         {1, 5, 7},
+         {1, 7, 3},
+         {8, 0, 4}}};
+}
+
 std::vector<Entry> all() {
     // A rotation by rational entries: orthogonal exactly, up to rounding.
     const double turn[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};

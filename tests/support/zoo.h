@@ -37,6 +37,15 @@ Mesh transformed(const Mesh& mesh, const double rotation[9], const Vec3& shift, 
 Mesh reversed(const Mesh& mesh);  ///< orientation flipped
 Mesh joined(const Mesh& a, const Mesh& b);
 Mesh shuffled(const Mesh& mesh, std::uint64_t seed);  ///< triangles in another order, corners rotated
+/// `count` edges of random triangles are split in these only, by points exactly on them where doubles allow:
+/// T-junctions. Edges that have been split may be split again.
+Mesh split_on_one_side(const Mesh& mesh, int count, std::uint64_t seed);
+/// Coordinates rounded to multiples of 2⁻²⁰ of the largest one or less, so that doubles hold points on edges.
+Mesh snapped(const Mesh& mesh);
+/// A slab 10 × 4 × 1 of 13 triangles, one of its edges split on one side only.
+Mesh slab_t_junction();
+/// The unit cube, an edge of whose triangles split on one side only.
+Mesh cube_t_junction();
 
 struct Entry {
     std::string name;

@@ -550,5 +550,24 @@ TEST(Verify, SameReportForAnyNumberOfThreads) {
     EXPECT_EQ(one.sampled_min, four.sampled_min);
 }
 
+/// A plate in a lattice plane within a box without one of its triangles: on the plate's far side the winding
+/// number is just below ½, and passes ½ within a cell. Grid points on the plate count as displaced to that
+/// side.
+TEST(Verify, AHoleThatRunsAlongTheMeshIsNextToIt) {
+    Mesh mesh = zoo::box({-1, -1, -1}, {1, 1, 1});
+    mesh.triangles.pop_back();
+    const auto n = std::uint32_t(mesh.vertices.size());
+    for (const Vec3& v : {Vec3{0, -0.5, -0.5}, Vec3{0, 0.5, -0.5}, Vec3{0, 0.5, 0.5}, Vec3{0, -0.5, 0.5}})
+        mesh.vertices.push_back(v);
+    mesh.triangles.push_back({n, n + 1, n + 2});
+    mesh.triangles.push_back({n, n + 2, n + 3});
+    for (const int depth : {2, 3, 4, 5, 6}) {
+        const ThinShell shell = build(mesh, {.depth = depth, .sign = SignRule::generalized});
+        const VerifyReport report = verify(shell, mesh, {.samples = 1000});
+        for (const VerifyCheck& check : report.checks)
+            EXPECT_TRUE(check.passed) << depth << ' ' << check.name << ": " << check.detail;
+    }
+}
+
 }  // namespace
 }  // namespace its
