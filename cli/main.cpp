@@ -119,7 +119,11 @@ int flush_output(int status) {
 int main(int argc, char** argv) {
     catch_interruptions();
     try {
-        return flush_output(parse_and_run(argc, argv));
+        const int status = parse_and_run(argc, argv);
+        // Files were renamed before the signal was looked at: whoever sent it must know that they are new.
+        if (interruption() != 0)
+            print_message("warning", "the interruption came too late: everything is done and written");
+        return flush_output(status);
     } catch (const its::Cancelled&) {
         print_message("error", "stopped; nothing was written");
         return interruption() != 0 ? 128 + interruption() : bad_input;

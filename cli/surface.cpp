@@ -51,21 +51,23 @@ void check_extension(const fs::path& output) {
         "cannot write '{}': the extension must be .obj, .ply, .stl, .off, .glb or .vdb", output.string()));
 }
 
-/// One file for each side, or one for all of a .glb; empty surfaces are left out.
+/// One file for each side, all or none, or one for all of a .glb; empty surfaces are left out.
 void write_surfaces(const fs::path& output, std::span<Written> surfaces) {
-    std::vector<NamedMesh> meshes;
+    const bool together = lower_extension(output) == ".glb" && surfaces.size() > 1;
+    std::vector<MeshOutput> files;
+    std::vector<NamedMesh> nodes;
     for (Written& written : surfaces) {
         const SurfaceReport& report = written.surface.report;
         if (report.empty) continue;
-        const bool together = lower_extension(output) == ".glb" && surfaces.size() > 1;
         const fs::path path = surfaces.size() == 1 || together ? output : with_side(output, report.side);
-        if (together)
-            meshes.push_back({std::string(name(report.side)), written.surface.mesh});
-        else
-            write_mesh(written.surface.mesh, path);
+        files.push_back({written.surface.mesh, path});
+        nodes.push_back({std::string(name(report.side)), written.surface.mesh});
         written.file = path.string();
     }
-    if (!meshes.empty()) write_glb(meshes, output);
+    if (!together)
+        write_meshes(files);
+    else if (!nodes.empty())
+        write_glb(nodes, output);
 }
 
 Json surface_json(const Written& written, double scale) {

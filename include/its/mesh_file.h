@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,18 +29,40 @@ struct ReadOptions {
 /// \throws FileError if the file cannot be read; InputError if it holds no usable triangle or is malformed.
 MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options = {});
 
+/// Whether files of this name keep every bit of coordinates: all but STL and GLB, which have 32-bit numbers.
+bool keeps_doubles(const std::filesystem::path& path);
+
+struct WriteOptions {
+    /// PLY, OBJ and OFF too have 32-bit coordinates: programs that draw with such numbers read them as they
+    /// are.
+    bool single = false;
+    /// GLB: the translation of the nodes, which their coordinates are relative to. Empty: none, or the centre
+    /// of the meshes' bounds where they are far from the origin for their size.
+    std::optional<Vec3> origin = {};
+};
+
 /// Writes .obj, .stl (binary), .ply (binary), .off or .glb, by extension, to a temporary name that is then
 /// renamed: an existing file is replaced only by a complete one. STL and GLB round coordinates to 32 bits, the
-/// others keep every bit.
+/// others keep every bit unless asked for 32.
 /// \throws FileError, OptionError (unknown extension), InputError (what the format cannot hold).
-void write_mesh(const MeshView& mesh, const std::filesystem::path& path);
+void write_mesh(const MeshView& mesh, const std::filesystem::path& path, const WriteOptions& options = {});
 
 /// The same with attributes, as far as the format holds them. Formats that keep them by vertex (all but OBJ)
 /// have a vertex for each set of values that meets there, and none that no triangle uses.
 /// \return a line for each thing that the format cannot hold
 /// \throws besides, as check_attributes()
 std::vector<std::string> write_mesh(const MeshView& mesh, const MeshAttributes& attributes,
-                                    const std::filesystem::path& path);
+                                    const std::filesystem::path& path, const WriteOptions& options = {});
+
+/// One of several files.
+struct MeshOutput {
+    MeshView mesh;  ///< its arrays must exist until the file is written
+    std::filesystem::path path;
+};
+
+/// Writes files in the same way, all or none: all are complete before the first replaces an existing one, and
+/// where a later one cannot be put in its place those before get their old contents back.
+void write_meshes(std::span<const MeshOutput> outputs, const WriteOptions& options = {});
 
 /// One of several meshes in a file.
 struct NamedMesh {
@@ -47,9 +70,9 @@ struct NamedMesh {
     MeshView mesh;     ///< its arrays must exist until the file is written
 };
 
-/// Writes meshes as nodes of one .glb file, in the same way. Coordinates are rounded to 32 bits; where the
-/// meshes are far from the origin for their size, relative to the centre of their bounds, which the nodes'
-/// translation has. \throws FileError; InputError (no triangles, or more than the format's 4 GB).
-void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path);
+/// Writes meshes as nodes of one .glb file, in the same way. \throws FileError; InputError (no triangles, or
+/// more than the format's 4 GB).
+void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
+               const WriteOptions& options = {});
 
 }  // namespace its

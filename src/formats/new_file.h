@@ -39,11 +39,14 @@ public:
         return *this << std::string_view(bytes.data(), bytes.size());
     }
 
-    /// Gives the file its name. \throws FileError if any byte could not be written (a full disk).
-    void commit() {
+    /// Hands over what is buffered. \throws FileError if any byte could not be written (a full disk).
+    OutputFile& complete() {
         flush();
-        file_.commit();
+        return file_;
     }
+
+    /// Gives the file its name. \throws FileError
+    void commit() { complete().commit(); }
 
 private:
     static constexpr std::size_t capacity = std::size_t{1} << 20;

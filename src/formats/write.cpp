@@ -4,8 +4,10 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <memory>
 #include <optional>
 
+#include "base/single.h"
 #include "formats/readers.h"
 #include "formats/writers.h"
 #include "its/mesh_file.h"
@@ -55,15 +57,23 @@ std::vector<std::string> losses(const MeshAttributes& attributes, const std::str
     return lines;
 }
 
-/// The mesh, and its attributes where it has any.
-void write(const mesh::Arrays& mesh, const MeshAttributes& attributes, const std::filesystem::path& path) {
+/// The texts of such numbers have the digits of doubles: readers of 32 and of 64 bits get the very same ones.
+Mesh rounded_to_single(const mesh::Arrays& mesh) {
+    Mesh rounded = mesh::copy_of(mesh);
+    for (Vec3& v : rounded.vertices) v = {to_single(v.x), to_single(v.y), to_single(v.z)};
+    return rounded;
+}
+
+/// A whole file, under its temporary name, of the mesh and its attributes where it has any.
+std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes& attributes,
+                                  const std::filesystem::path& path, const WriteOptions& options) {
     const std::string extension = lower_extension(path);
     const bool known = extension == ".obj" || extension == ".stl" || extension == ".ply" ||
                        extension == ".off" || extension == ".glb";
     if (!known)
         throw OptionError(fmt::format("cannot write '{}': the extension must be .obj, .stl, .ply, .off or .glb",
                                       path.string()));
-    check_writable(mesh, extension == ".stl" || extension == ".glb");
+    check_writable(mesh, options.single || !keeps_doubles(path));
     check_attributes(mesh.view(), attributes);
     // OBJ has tables for all but colours, STL has nothing.
     const MeshAttributes of_vertices = extension == ".obj"   ? MeshAttributes{attributes.colours, {}, {}, false}
@@ -75,14 +85,17 @@ void write(const mesh::Arrays& mesh, const MeshAttributes& attributes, const std
     const VertexAttributes values = split ? split->attributes : VertexAttributes{};
     if (extension == ".glb") {
         const GlbMesh whole{path.stem().string(), out, values};
-        return write_glb(std::span(&whole, 1), path);
+        return new_glb(std::span(&whole, 1), options.origin, path);
     }
-    NewFile file(path);
-    if (extension == ".obj") write_obj(out, values.colours, attributes.texture, attributes.normals, file);
-    if (extension == ".stl") write_stl(out, file);
-    if (extension == ".ply") write_ply(out, values, file);
-    if (extension == ".off") write_off(out, values, file);
-    file.commit();
+    auto file = std::make_unique<NewFile>(path);
+    if (extension == ".stl") write_stl(out, *file);
+    if (extension == ".ply") write_ply(out, values, options.single, *file);
+    const bool text = extension == ".obj" || extension == ".off";
+    const Mesh rounded = text && options.single ? rounded_to_single(out) : Mesh{};
+    const mesh::Arrays written = text && options.single ? mesh::Arrays(rounded) : out;
+    if (extension == ".obj") write_obj(written, values.colours, attributes.texture, attributes.normals, *file);
+    if (extension == ".off") write_off(written, values, *file);
+    return file;
 }
 
 }  // namespace
@@ -94,9 +107,10 @@ void formats::check_writable(const mesh::Arrays& mesh, bool single_precision) {
         const Vec3 v = mesh.vertices[i];
         for (int axis = 0; axis < 3; ++axis) {
             if (!(std::abs(v[axis]) <= limit)) {
-                throw InputError(fmt::format(
-                    "cannot write vertex {}: its coordinate {} is beyond {}", i, v[axis],
-                    single_precision ? "the 32-bit numbers of STL and GLB; use .ply" : "all numbers"));
+                throw InputError(
+                    fmt::format("cannot write vertex {}: its coordinate {} is beyond {}", i, v[axis],
+                                single_precision ? "all 32-bit numbers; write .ply, .obj or .off with doubles"
+                                                 : "all numbers"));
             }
         }
     }
@@ -110,22 +124,38 @@ void formats::check_writable(const mesh::Arrays& mesh, bool single_precision) {
     }
 }
 
-void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path) {
+bool keeps_doubles(const std::filesystem::path& path) {
+    const std::string extension = lower_extension(path);
+    return extension != ".stl" && extension != ".glb";
+}
+
+void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
+               const WriteOptions& options) {
     std::deque<mesh::Native> native;
     std::vector<GlbMesh> bare;
     for (const NamedMesh& named : meshes)
         bare.push_back({named.name, native.emplace_back(named.mesh).arrays(), {}});
-    write_glb(std::span<const GlbMesh>(bare), path);
+    new_glb(bare, options.origin, path)->commit();
 }
 
-void write_mesh(const MeshView& mesh, const std::filesystem::path& path) {
-    write(mesh::Native(mesh), {}, path);
+void write_mesh(const MeshView& mesh, const std::filesystem::path& path, const WriteOptions& options) {
+    new_file(mesh::Native(mesh), {}, path, options)->commit();
 }
 
 std::vector<std::string> write_mesh(const MeshView& mesh, const MeshAttributes& attributes,
-                                    const std::filesystem::path& path) {
-    write(mesh::Native(mesh), attributes, path);
+                                    const std::filesystem::path& path, const WriteOptions& options) {
+    new_file(mesh::Native(mesh), attributes, path, options)->commit();
     return losses(attributes, lower_extension(path));
+}
+
+void write_meshes(std::span<const MeshOutput> outputs, const WriteOptions& options) {
+    std::vector<std::unique_ptr<NewFile>> files;
+    std::vector<OutputFile*> complete;
+    for (const MeshOutput& output : outputs) {
+        files.push_back(new_file(mesh::Native(output.mesh), {}, output.path, options));
+        complete.push_back(&files.back()->complete());
+    }
+    OutputFile::commit_all(complete);
 }
 
 }  // namespace its

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "formats/colours.h"
@@ -125,7 +126,8 @@ void write_glb_data(const GlbMesh& named, const Vec3& centre, NewFile& file) {
 
 }  // namespace
 
-void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& path) {
+std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const std::optional<Vec3>& origin,
+                                 const std::filesystem::path& path) {
     std::uint64_t buffer = 0;
     for (const GlbMesh& named : meshes) {
         check_writable(named.mesh, true);
@@ -134,7 +136,7 @@ void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& pat
                 "cannot write '{}': a GLB file has no place for a mesh without triangles", path.string()));
         buffer += bytes_of(named);
     }
-    const Vec3 centre = glb_centre(bounds_of(meshes));
+    const Vec3 centre = origin ? *origin : glb_centre(bounds_of(meshes));
     std::string text = glb_json(meshes, centre).dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');
     const std::uint64_t total = 12 + 8 + text.size() + 8 + buffer;
@@ -142,13 +144,13 @@ void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& pat
         throw InputError(fmt::format("cannot write '{}': a GLB file holds 1 byte to 4 GB; write .ply instead",
                                      path.string()));
 
-    NewFile file(path);
-    file << "glTF";
-    file.raw(std::uint32_t{2}).raw(std::uint32_t(total)).raw(std::uint32_t(text.size()));
-    file << "JSON" << text;
-    file.raw(std::uint32_t(buffer)) << std::string_view("BIN\0", 4);
-    for (const GlbMesh& named : meshes) write_glb_data(named, centre, file);
-    file.commit();
+    auto file = std::make_unique<NewFile>(path);
+    *file << "glTF";
+    file->raw(std::uint32_t{2}).raw(std::uint32_t(total)).raw(std::uint32_t(text.size()));
+    *file << "JSON" << text;
+    file->raw(std::uint32_t(buffer)) << std::string_view("BIN\0", 4);
+    for (const GlbMesh& named : meshes) write_glb_data(named, centre, *file);
+    return file;
 }
 
 }  // namespace its::formats

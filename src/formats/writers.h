@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,7 +35,8 @@ inline std::uint8_t byte_of(float x) {
 void write_obj(const mesh::Arrays& mesh, std::span<const Colour> colours,
                const CornerValues<TexturePoint>& texture, const CornerValues<Vec3>& normals, NewFile& file);
 void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, NewFile& file);
-void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, NewFile& file);
+/// \param single  coordinates, normals and texture coordinates have 32 bits
+void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, bool single, NewFile& file);
 /// Coordinates are rounded to 32 bits: the format has no others. \throws InputError (too many triangles)
 void write_stl(const mesh::Arrays& mesh, NewFile& file);
 
@@ -43,9 +46,10 @@ struct GlbMesh {
     mesh::Arrays mesh;
     VertexAttributes attributes;
 };
-/// Coordinates are rounded to 32 bits, about a centre of their own where the meshes are far away.
-/// \throws InputError (no triangles, or more than the format's 4 GB)
-void write_glb(std::span<const GlbMesh> meshes, const std::filesystem::path& path);
+/// Coordinates are rounded to 32 bits, about `origin`: if empty, a centre of their own where the meshes are far
+/// away. \throws InputError (no triangles, or more than the format's 4 GB)
+std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const std::optional<Vec3>& origin,
+                                 const std::filesystem::path& path);
 
 /// \throws InputError on what would make a file that cannot be read back.
 void check_writable(const mesh::Arrays& mesh, bool single_precision);

@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace its {
 namespace {
@@ -100,6 +103,86 @@ TEST_F(OutputFileTest, AFullDiskLeavesTheOldFile) {
     std::signal(SIGXFSZ, handler);
     EXPECT_EQ(get(folder_ / "a"), "old");
     EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFileTest, WhatAKilledWriterLeftIsRemovedByTheNextOfThatName) {
+    put(folder_ / "a", "old");
+    for (int i = 0; i < 2; ++i) {
+        const pid_t child = ::fork();
+        if (child == 0) {  // has no destructors run
+            auto* const file = new OutputFile(folder_ / "a");
+            file->write(std::as_bytes(std::span(std::string_view("half"))));
+            ::kill(::getpid(), SIGKILL);
+        }
+        int status = 0;
+        ::waitpid(child, &status, 0);
+        ASSERT_TRUE(WIFSIGNALED(status));
+        EXPECT_EQ(files(), 2u);  // the second writer has removed what the first left
+    }
+    put(folder_ / "b", "another name");
+    EXPECT_EQ(files(), 3u);
+    put(folder_ / "a", "new");
+    EXPECT_EQ(get(folder_ / "a"), "new");
+    EXPECT_EQ(files(), 2u);
+}
+
+TEST_F(OutputFileTest, WritersOfOneNameDoNotDisturbEachOther) {
+    OutputFile one(folder_ / "a"), two(folder_ / "a");
+    one.write(std::as_bytes(std::span(std::string_view("one"))));
+    put(folder_ / "a", "three");
+    two.write(std::as_bytes(std::span(std::string_view("two"))));
+    one.commit();
+    EXPECT_EQ(get(folder_ / "a"), "one");
+    two.commit();
+    EXPECT_EQ(get(folder_ / "a"), "two");
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFileTest, ManyWritersAtOnce) {
+    constexpr int writers = 8, rounds = 40;
+    std::vector<std::thread> threads;
+    for (int w = 0; w < writers; ++w)
+        threads.emplace_back([&, w] {
+            for (int i = 0; i < rounds; ++i) put(folder_ / "a", fmt::format("{:1000}", w));
+        });
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(get(folder_ / "a").size(), 1000u);
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFileTest, LongNamesAreWritten) {
+    const std::string name(255, 'n');
+    put(folder_ / name, "text");
+    EXPECT_EQ(get(folder_ / name), "text");
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFileTest, AllFilesAreReplacedOrNone) {
+    for (const bool first_is_new : {false, true}) {
+        if (first_is_new)
+            fs::remove(folder_ / "a");
+        else
+            put(folder_ / "a", "old");
+        OutputFile a(folder_ / "a"), b(folder_ / "b");
+        a.write(std::as_bytes(std::span(std::string_view("new"))));
+        fs::create_directory(folder_ / "b");  // nothing can be renamed to it
+        OutputFile* const both[] = {&a, &b};
+        EXPECT_THROW(OutputFile::commit_all(both), FileError);
+        EXPECT_EQ(get(folder_ / "a"), first_is_new ? "" : "old");
+        EXPECT_EQ(fs::exists(folder_ / "a"), !first_is_new);
+        fs::remove(folder_ / "b");
+    }
+    put(folder_ / "a", "old");
+    {
+        OutputFile a(folder_ / "a"), b(folder_ / "b");
+        a.write(std::as_bytes(std::span(std::string_view("1"))));
+        b.write(std::as_bytes(std::span(std::string_view("2"))));
+        OutputFile* const both[] = {&a, &b};
+        OutputFile::commit_all(both);
+    }
+    EXPECT_EQ(get(folder_ / "a"), "1");
+    EXPECT_EQ(get(folder_ / "b"), "2");
+    EXPECT_EQ(files(), 2u);
 }
 
 }  // namespace

@@ -113,7 +113,8 @@ TEST(Strangers, AFullDiskLeavesNothingHalfWritten) {
     const std::string mesh = shop.add("ball.obj", zoo::sphere({0, 0, 0}, 1, 3));
     const std::string shell = shop.path("ball.its");
     ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "4"}).status, 0);
-    const std::string before = content(shell);
+    const std::string before = content(shell), outer = shop.add("both-outer.ply", std::string("outer")),
+                      inner = shop.add("both-inner.ply", std::string("inner"));
     // As good as a full disk: the child may write no file beyond 4 KiB, and ignores the signal that says so.
     rlimit old{};
     getrlimit(RLIMIT_FSIZE, &old);
@@ -123,13 +124,17 @@ TEST(Strangers, AFullDiskLeavesNothingHalfWritten) {
     const Result rebuilt = run({"build", mesh, "-o", shell, "--depth", "5"});
     const Result first = run({"build", mesh, "-o", shop.path("new.its"), "--depth", "5"});
     const Result drawn = run({"slice", shell, "-o", shop.path("a.png"), "--size", "1024"});
+    const Result both = run({"surface", shell, "-o", shop.path("both.ply"), "--side", "both"});
     setrlimit(RLIMIT_FSIZE, &old);
     std::signal(SIGXFSZ, old_action);
     expect_refused(rebuilt, "ball.its");
     expect_refused(first, "new.its");
     expect_refused(drawn, "a.png");
+    expect_refused(both, "both-outer.ply");
     EXPECT_EQ(content(shell), before);
-    EXPECT_THAT(shop.names(), ElementsAre("ball.its", "ball.obj"));
+    EXPECT_EQ(content(outer), "outer");
+    EXPECT_EQ(content(inner), "inner");
+    EXPECT_THAT(shop.names(), ElementsAre("ball.its", "ball.obj", "both-inner.ply", "both-outer.ply"));
 }
 
 TEST(Strangers, DevicesAreNoPlaceToWrite) {

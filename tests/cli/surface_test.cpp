@@ -107,5 +107,20 @@ TEST_F(SurfaceCommand, RefusesUnknownExtensionsBeforeAnyWork) {
     EXPECT_THAT(result.error, HasSubstr(".glb or .vdb"));
 }
 
+TEST_F(SurfaceCommand, BothFilesAreReplacedOrNone) {
+    const std::vector<std::string> command = {"surface", shell,  "-o",          shop.path("out.ply"),
+                                              "--side",  "both", "--no-measure"};
+    std::filesystem::create_directory(shop / "out-inner.ply");
+    shop.add("out-outer.ply", std::string("old"));
+    const Result result = run(command);
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.error, HasSubstr("out-inner.ply"));
+    EXPECT_EQ(content(shop / "out-outer.ply"), "old");
+    EXPECT_EQ(shop.names().size(), 4);
+    std::filesystem::remove(shop / "out-inner.ply");
+    EXPECT_EQ(run(command).status, 0);
+    EXPECT_EQ(shop.names().size(), 4);
+}
+
 }  // namespace
 }  // namespace its::cli_test

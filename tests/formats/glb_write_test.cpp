@@ -83,5 +83,41 @@ TEST_F(GlbWriter, RefusesWhatTheFormatCannotHold) {
     EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
+TEST_F(GlbWriter, IsRelativeToTheOriginThatItIsGiven) {
+    const Mesh ball = zoo::sphere({100, 0, 0}, 1, 2);
+    const Vec3 origin{128, 0.5, -0.25};
+    write_mesh(ball, folder / "ball.glb", {.origin = origin});
+    expect_rounded(read_mesh(folder / "ball.glb").mesh, ball, origin);
+}
+
+TEST_F(GlbWriter, SinglePrecisionOfOtherFormatsIsThatOf32Bits) {
+    const Mesh ball = zoo::sphere({1, 2, 3}, 0.7, 3);
+    for (const char* name : {"ball.ply", "ball.obj", "ball.off"}) {
+        write_mesh(ball, folder / name, {.single = true});
+        const Mesh read = read_mesh(folder / name).mesh;
+        ASSERT_EQ(read.vertices.size(), ball.vertices.size());
+        EXPECT_EQ(read.triangles, ball.triangles);
+        for (std::size_t i = 0; i < read.vertices.size(); ++i)
+            for (int axis = 0; axis < 3; ++axis)
+                ASSERT_EQ(read.vertices[i][axis], double(float(ball.vertices[i][axis]))) << name;
+    }
+    std::ifstream stream(folder / "ball.ply", std::ios::binary);
+    std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    EXPECT_NE(bytes.find("property float x"), std::string::npos);
+    EXPECT_EQ(bytes.find("double"), std::string::npos);
+}
+
+TEST_F(GlbWriter, SeveralFilesAreWrittenAllOrNone) {
+    const Mesh ball = zoo::sphere({1, 2, 3}, 0.7, 2), box = zoo::box({0, 0, 0}, {1, 1, 1});
+    write_mesh(box, folder / "a.ply");
+    std::filesystem::create_directory(folder / "b.ply");
+    const MeshOutput outputs[] = {{ball, folder / "a.ply"}, {ball, folder / "b.ply"}};
+    EXPECT_THROW(write_meshes(outputs), FileError);
+    EXPECT_EQ(read_mesh(folder / "a.ply").mesh.triangles, box.triangles);
+    std::filesystem::remove(folder / "b.ply");
+    write_meshes(outputs);
+    for (const MeshOutput& output : outputs) EXPECT_EQ(read_mesh(output.path).mesh.triangles, ball.triangles);
+}
+
 }  // namespace
 }  // namespace its

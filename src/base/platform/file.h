@@ -57,6 +57,15 @@ inline bool is_abandoned(const std::filesystem::path&) {
     return false;
 }
 
+/// Removes a file that is abandoned, and no other that has got its name meanwhile.
+inline void remove_abandoned(const std::filesystem::path&) {}
+
+/// While this lives an existing file counts as one that has a writer.
+class FileLock {
+public:
+    explicit FileLock(const std::filesystem::path&) {}
+};
+
 /// A number that no other process of this machine has at the same time, or at least seldom.
 std::uint64_t process_number();
 
@@ -108,6 +117,16 @@ private:
 
 void flush_folder(const std::filesystem::path& folder);
 bool is_abandoned(const std::filesystem::path& path);
+void remove_abandoned(const std::filesystem::path& path);
+
+class FileLock {
+public:
+    explicit FileLock(const std::filesystem::path& path);
+
+private:
+    Descriptor descriptor_;
+};
+
 std::uint64_t process_number();
 
 }  // namespace posix

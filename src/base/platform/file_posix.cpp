@@ -96,6 +96,26 @@ bool is_abandoned(const fs::path& path) {
     return descriptor.get() >= 0 && ::flock(descriptor.get(), LOCK_EX | LOCK_NB) == 0;
 }
 
+/// While we hold the lock no writer takes the name: one that has just made the file and not yet locked it finds
+/// it locked, or gone.
+void remove_abandoned(const fs::path& path) {
+    constexpr int flags = O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
+    int number = ::open(path.c_str(), O_RDWR | flags);  // network file systems lock what may be written
+    if (number < 0 && errno == EACCES) number = ::open(path.c_str(), O_RDONLY | flags);
+    if (number < 0) return;
+    const Descriptor descriptor(number);
+    struct stat named {
+    }, locked{};
+    if (::fstat(number, &locked) == 0 && S_ISREG(locked.st_mode) && ::flock(number, LOCK_EX | LOCK_NB) == 0 &&
+        ::lstat(path.c_str(), &named) == 0 && named.st_dev == locked.st_dev && named.st_ino == locked.st_ino)
+        ::unlink(path.c_str());
+}
+
+FileLock::FileLock(const fs::path& path)
+    : descriptor_(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)) {
+    if (descriptor_.get() >= 0) (void)::flock(descriptor_.get(), LOCK_EX | LOCK_NB);
+}
+
 std::uint64_t process_number() {
     return std::uint64_t(::getpid());
 }
