@@ -108,7 +108,7 @@ std::vector<Tool> make_tools(const Mesh& mesh) {
         tools.push_back(std::move(tool));
     };
     add(
-        "ITS", [&] { return std::make_shared<ClosestPoints>(mesh, 1); },
+        "ITS", [&] { return std::make_shared<ClosestPoints>(mesh, Run{.threads = 1}); },
         [](const ClosestPoints& closest, const std::vector<Vec3>& points, std::vector<double>& out) {
             std::vector<ClosestPoint> results(points.size());
             closest.find(points, results, {.threads = 1});

@@ -26,6 +26,7 @@
 #ifdef ITS_BENCH_PEERS
 #include "peer_inside.h"
 #include "query/access.h"
+#include "shell/access.h"
 #endif
 
 namespace its::bench {
@@ -148,7 +149,7 @@ void add_statistics(const std::string& name, const PointSet& set, const Query& q
         (name + "/" + set.name).c_str(),
         [&set, &query](benchmark::State& state) {
             const query::QueryIndex& index = query::Access::index(query);
-            const shell::ShellData& shell = query.shell().data();
+            const shell::ShellData& shell = shell::Access::data(query.shell());
             double hit = 0, local = 0, walk = 0, global = 0;
             for (auto _ : state)
                 for (const Vec3& p : set.points) {

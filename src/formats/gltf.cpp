@@ -190,7 +190,7 @@ private:
     struct Source {
         std::array<int, attributes> accessors;
         const Draco* draco;
-        auto operator<=>(const Source&) const = default;
+        auto operator<=>(const Source&) const = default;  // NOLINT(modernize-use-nullptr): its own
     };
     /// The vertices of a source: the first one's number, and how many.
     struct Points {

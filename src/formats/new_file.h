@@ -4,12 +4,14 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "base/output_file.h"
 
@@ -53,7 +55,8 @@ private:
 
     template <class T>
     std::string_view number(T value) {
-        if (value != value) return "nan";  // without the sign that it may have
+        if constexpr (std::is_floating_point_v<T>)
+            if (std::isnan(value)) return "nan";  // without the sign that it may have
         const auto [end, error] = std::to_chars(text_, text_ + sizeof text_, value);
         return {text_, std::size_t(end - text_)};
     }

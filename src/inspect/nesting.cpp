@@ -354,6 +354,7 @@ private:
 /// Containers that lie in each other are a chain: the k-th from outside lies in exactly k others.
 void order_containers(std::vector<Placed>& placed) {
     std::vector<std::size_t> depth;
+    depth.reserve(placed.size());
     for (const Placed& one : placed) depth.push_back(one.containers.size());
     for (Placed& one : placed) {
         std::sort(one.containers.begin(), one.containers.end(), [&](std::uint32_t a, std::uint32_t b) {

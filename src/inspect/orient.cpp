@@ -101,6 +101,7 @@ bool join_disagreeing(Sets& sets, const std::vector<Disagreement>& edges) {
         std::uint8_t against;  // whether the one must run against the other
     };
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    pairs.reserve(edges.size());
     for (const Disagreement& e : edges)
         pairs.push_back(std::minmax(sets.find(e.first).first, sets.find(e.second).first));
     std::sort(pairs.begin(), pairs.end());

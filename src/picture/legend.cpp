@@ -71,7 +71,7 @@ std::string count_text(std::uint64_t value) {
     const std::string digits = fmt::format("{}", value);
     std::string text;
     for (std::size_t i = 0; i < digits.size(); ++i) {
-        if (i > 0 && (digits.size() - i) % 3 == 0) text += "\u202f";  // thin, and no place to break a line
+        if (i > 0 && (digits.size() - i) % 3 == 0) text += ",";
         text += digits[i];
     }
     return text;

@@ -40,7 +40,7 @@ std::vector<Use> add_up(std::vector<Use> uses, bool parity) {
 /// Positions by each coordinate, to find those within a box.
 class SortedEnds {
 public:
-    SortedEnds(const std::vector<Vec3>& at, std::vector<std::uint32_t> which) : at_(at) {
+    SortedEnds(const std::vector<Vec3>& at, const std::vector<std::uint32_t>& which) : at_(at) {
         for (int axis = 0; axis < 3; ++axis) {
             sorted_[axis] = which;
             std::sort(sorted_[axis].begin(), sorted_[axis].end(),
@@ -81,7 +81,7 @@ private:
 };
 
 /// What is left when edges are divided at all ends of other edges that lie on them.
-std::vector<BoundaryEdge> cancel(const std::vector<Vec3>& at, std::vector<Use> uses, bool parity) {
+std::vector<BoundaryEdge> cancel(const std::vector<Vec3>& at, const std::vector<Use>& uses, bool parity) {
     std::vector<std::uint32_t> ends;
     for (const Use& use : uses) ends.insert(ends.end(), {use.low, use.high});
     std::sort(ends.begin(), ends.end());
