@@ -132,8 +132,10 @@ void print_report(const Options& options, const MeshFile& file, const std::optio
 
 int run(const Options& options) {
     const MeshFile file = read_mesh_with_warnings(options.mesh, options.common);
-    // Welding, edges by their ends and rays for its sides: 70 bytes a triangle were measured.
-    options.common.require_memory(80 * file.mesh.triangles.size(), memory_of(file.mesh), "checking");
+    // Welding, edges by their ends and rays for its sides: 70 bytes a triangle were measured. Trees of closed
+    // parts whose bounds meet: a box (48 bytes), its number, and up to one node of 64 bytes, whose array may
+    // have doubled.
+    options.common.require_memory(260 * file.mesh.triangles.size(), memory_of(file.mesh), "checking");
     const its::Run run = options.common.run();
     std::optional<Welded> welded;
     MeshReport report = naming_file(options.mesh, [&] {
