@@ -1,8 +1,8 @@
 #include "inspect/cycle.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "geometry/predicates.h"
 
@@ -49,23 +49,18 @@ int compare_lines(const Vec3& p, const Vec3& a, const Vec3& b) {
 /// Edges that are known to lie on one line, in sets; a set is open if it does not cancel.
 class Sets {
 public:
-    explicit Sets(std::size_t count) : parent_(count), open_(count, 0) {
-        std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
-    }
-    std::uint32_t find(std::uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
+    explicit Sets(std::size_t count) : sets_(count), open_(count, 0) {}
     void join(std::uint32_t i, std::uint32_t j) {
-        i = find(i), j = find(j);
-        parent_[std::max(i, j)] = std::min(i, j);
-        open_[std::min(i, j)] |= open_[std::max(i, j)];
+        i = sets_.find(i), j = sets_.find(j);
+        const bool open = (open_[i] | open_[j]) != 0;
+        sets_.join(i, j);
+        if (open) set_open(i);
     }
-    void set_open(std::uint32_t i) { open_[find(i)] = 1; }
-    bool open(std::uint32_t i) { return open_[find(i)] != 0; }
+    void set_open(std::uint32_t i) { open_[sets_.find(i)] = 1; }
+    bool open(std::uint32_t i) { return open_[sets_.find(i)] != 0; }
 
 private:
-    std::vector<std::uint32_t> parent_;
+    DisjointSets sets_;
     std::vector<std::uint8_t> open_;
 };
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/disjoint_sets.h"
 #include "base/names.h"
 #include "base/parallel.h"
 #include "geometry/predicates.h"
@@ -99,23 +100,12 @@ std::uint64_t count_duplicates(const mesh::Merged& mesh) {
     return duplicates;
 }
 
-/// Sets of points that triangles connect (union by index, path halving).
+/// Sets of points that triangles connect.
 std::uint64_t count_components(const mesh::Merged& mesh) {
-    std::vector<std::uint32_t> parent(mesh.points.size());
-    std::iota(parent.begin(), parent.end(), std::uint32_t{0});
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
+    DisjointSets sets(mesh.points.size());
     std::uint64_t components = mesh.points.size();
-    for (const Triangle& t : mesh.triangles) {
-        for (std::size_t k = 1; k < 3; ++k) {
-            const std::uint32_t a = root(t[0]), b = root(t[k]);
-            if (a == b) continue;
-            parent[std::max(a, b)] = std::min(a, b);
-            --components;
-        }
-    }
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 1; k < 3; ++k) components -= sets.join(t[0], t[k]);
     return components;
 }
 

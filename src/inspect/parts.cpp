@@ -4,30 +4,12 @@
 #include <numeric>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "geometry/predicates.h"
 
 namespace its::inspector {
 
 namespace {
-
-/// Sets of triangles (union by index, path halving).
-class Sets {
-public:
-    explicit Sets(std::size_t count) : parent_(count) {
-        std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
-    }
-    std::uint32_t find(std::uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t i, std::uint32_t j) {
-        i = find(i), j = find(j);
-        parent_[std::max(i, j)] = std::min(i, j);
-    }
-
-private:
-    std::vector<std::uint32_t> parent_;
-};
 
 /// A triangle at an edge with more than two.
 struct Page {
@@ -212,7 +194,7 @@ private:
     }
 
     const mesh::Merged& mesh_;
-    Sets sets_;
+    DisjointSets sets_;
     std::vector<std::uint8_t> open_;
     bool has_other_edges_ = false;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> joins_;

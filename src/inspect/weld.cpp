@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <unordered_map>
 #include <vector>
 
+#include "base/disjoint_sets.h"
 #include "geometry/vec3.h"
 #include "mesh/merged.h"
 
@@ -36,25 +36,6 @@ struct CellHash {
     }
 };
 
-/// Sets of points; the lowest of each stands for it.
-class Clusters {
-public:
-    explicit Clusters(std::size_t count) : parent_(count) {
-        std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
-    }
-    std::uint32_t find(std::uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t i, std::uint32_t j) {
-        i = find(i), j = find(j);
-        parent_[std::max(i, j)] = std::min(i, j);
-    }
-
-private:
-    std::vector<std::uint32_t> parent_;
-};
-
 /// The half of the cells around one that come after it, nearest first: then most of those that are far need no
 /// look at their points, since nearer ones have connected them.
 std::vector<Cell> neighbours() {
@@ -70,11 +51,11 @@ std::vector<Cell> neighbours() {
     return all;
 }
 
-Clusters cluster(const std::vector<Vec3>& points, double length) {
+DisjointSets cluster(const std::vector<Vec3>& points, double length) {
     std::unordered_map<Cell, std::uint32_t, CellHash> number;
     std::vector<Cell> cells;
     std::vector<std::vector<std::uint32_t>> members;
-    Clusters clusters(points.size());
+    DisjointSets clusters(points.size());
     for (std::uint32_t i = 0; i < points.size(); ++i) {
         Cell cell;
         for (int axis = 0; axis < 3; ++axis)
@@ -122,7 +103,7 @@ Welded weld(const MeshView& view, double length) {
     const mesh::Merged merged = mesh::merge(mesh);
     if (length == 0) return out;
     check_length(merged.points, length);
-    Clusters clusters = cluster(merged.points, length);
+    DisjointSets clusters = cluster(merged.points, length);
     // Of each position the first vertex that is there.
     std::vector<std::uint32_t> vertex(merged.points.size(), ~std::uint32_t{0});
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/disjoint_sets.h"
 #include "base/platform/compiler.h"
 #include "geometry/vec3.h"
 #include "mesh/arrays.h"
@@ -349,19 +350,10 @@ double Complex::round_to_single() {
 }
 
 std::uint64_t Complex::fewest_triangles() const {
-    // Components by union of vertices.
-    std::vector<std::uint32_t> parent(position_.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
+    DisjointSets components(position_.size());  // of vertices
     for (std::uint32_t t = 0; t < triangles(); ++t) {
         if (!has_triangle(t)) continue;
-        for (int k = 1; k < 3; ++k) {
-            const std::uint32_t a = root(triangle_[t][0]), b = root(triangle_[t][k]);
-            parent[std::max(a, b)] = std::min(a, b);
-        }
+        for (int k = 1; k < 3; ++k) components.join(triangle_[t][0], triangle_[t][k]);
     }
     struct Component {
         std::int64_t vertices = 0, triangles = 0;
@@ -370,12 +362,12 @@ std::uint64_t Complex::fewest_triangles() const {
     std::vector<Component> component(position_.size());
     for (std::uint32_t v = 0; v < position_.size(); ++v) {
         if (!has_vertex(v)) continue;
-        Component& c = component[root(v)];
+        Component& c = component[components.find(v)];
         ++c.vertices;
         c.closed &= kind_[v] == Kind::inner;
     }
     for (std::uint32_t t = 0; t < triangles(); ++t)
-        if (has_triangle(t)) ++component[root(triangle_[t][0])].triangles;
+        if (has_triangle(t)) ++component[components.find(triangle_[t][0])].triangles;
     std::uint64_t fewest = 0;
     for (const Component& c : component) {
         if (c.triangles == 0) continue;
