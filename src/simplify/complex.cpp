@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "base/disjoint_sets.h"
-#include "base/platform/compiler.h"
+#include "base/single.h"
 #include "geometry/vec3.h"
 #include "mesh/arrays.h"
 #include "mesh/merged.h"
@@ -76,10 +76,6 @@ bool has_fork(const std::vector<std::array<std::uint32_t, 2>>& links) {
 }
 
 }  // namespace
-
-ITS_NOINLINE double rounded_to_single(double x) {
-    return double(float(x));
-}
 
 Complex::Complex(const mesh::Arrays& mesh, std::span<const Triangle> wedges) {
     // Distinct positions and triangles, both in Morton order: what is near in space is near in memory.
@@ -342,7 +338,7 @@ std::uint32_t Complex::triangles_at_edge(std::uint32_t u, std::uint32_t v) const
 double Complex::round_to_single() {
     double moved = 0;
     for (Vec3& p : position_) {
-        const Vec3 rounded{rounded_to_single(p.x), rounded_to_single(p.y), rounded_to_single(p.z)};
+        const Vec3 rounded{to_single(p.x), to_single(p.y), to_single(p.z)};
         moved = std::max(moved, norm(rounded - p));
         p = rounded;
     }

@@ -13,10 +13,6 @@ namespace its::simplifier {
 
 inline constexpr std::uint32_t no_index = std::numeric_limits<std::uint32_t>::max();
 
-/// The nearest 32-bit number. Not inline: GCC 12 drops the rounding where it makes vector code of several
-/// conversions to float and back (a fault of its own; -O1 and -fno-tree-slp-vectorize do not).
-double rounded_to_single(double x);
-
 /// A simplicial complex of triangles, manifold or not. Corner 3t + k is corner k of triangle t.
 class Complex {
 public:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/single.h"
+
 namespace its::simplifier {
 
 namespace {
@@ -126,7 +128,7 @@ double Decimator::place(std::uint32_t u, std::uint32_t v, Vec3& to) const {
     consider(p);
     consider(r);
     to = best == p ? mesh_.position(u) : best == r ? mesh_.position(v) : centre_ + scale_ * best;
-    if (single_precision_) to = {rounded_to_single(to.x), rounded_to_single(to.y), rounded_to_single(to.z)};
+    if (single_precision_) to = {to_single(to.x), to_single(to.y), to_single(to.z)};
     return cost;
 }
 

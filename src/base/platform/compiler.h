@@ -6,13 +6,10 @@
 #if defined(__GNUC__) && !defined(ITS_PLAIN)
 /// For what a clone calls: only inlined code is compiled for its instruction set.
 #define ITS_INLINE inline __attribute__((always_inline))
-/// A call that stays one.
-#define ITS_NOINLINE __attribute__((noinline))
 /// A pointer or reference whose target nothing else in the function refers to.
 #define ITS_RESTRICT __restrict
 #else
 #define ITS_INLINE inline
-#define ITS_NOINLINE
 #define ITS_RESTRICT
 #endif
 
