@@ -131,6 +131,7 @@ int run(Options options) {
     const Stopwatch reading;
     const MeshFile file = read_mesh_with_warnings(options.mesh, options.common);
     const double read = reading.seconds();
+    options.build.up = file.up;
     options.build.max_memory = options.common.memory_beside(memory_of(file.mesh));
     if (options.weld.given())
         naming_file(options.mesh, [&] { options.build.weld = options.weld.length(file.mesh); });

@@ -52,6 +52,7 @@ void print_check_json(const Options& options, const MeshFile& file, const std::o
     Json json;
     json["file"] = options.mesh;
     json["format"] = file.format;
+    json["up"] = up_json(file.up);
     json["warnings"] = file.warnings;
     if (welded) json["weld"] = weld_json(welded->report);
     json["vertices"] = report.vertices;
@@ -101,6 +102,8 @@ void print_report(const Options& options, const MeshFile& file, const std::optio
                                   length_text(box.max.y - box.min.y), length_text(box.max.z - box.min.z)));
     table.row("From", fmt::format("({:.6g}, {:.6g}, {:.6g})", box.min.x, box.min.y, box.min.z));
     table.row("To", fmt::format("({:.6g}, {:.6g}, {:.6g})", box.max.x, box.max.y, box.max.z));
+    if (file.up != UpAxis::unknown)
+        table.row("Upwards", fmt::format("{}, by its format", up_json(file.up).get<std::string>()));
     table.row("Signed volume", fmt::format("{:.6g}{}", report.signed_volume,
                                            report.closed && report.signed_volume < 0 ? "   inside out" : ""));
     table.row("Closed", yes_or_no(report.closed));

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <tuple>
 
@@ -15,6 +16,7 @@ namespace {
 struct Options {
     CommonOptions common;
     std::string shell, output;
+    std::optional<int> up;
     RenderOptions render;
 };
 
@@ -23,6 +25,7 @@ int run(const Options& options) {
     const ThinShell shell = load_shell(options.shell, options.common);
     ProgressBar bar(options.common.quiet);
     RenderOptions render_options = options.render;
+    render_options.up = upward_axis(options.up, shell.info().up);
     render_options.run = options.common.run(bar);
     const Stopwatch watch;
     const Image image = naming_file(options.shell, [&] { return render(shell, render_options); });
@@ -56,8 +59,8 @@ Action add_render(CLI::App& app) {
     app.add_option("--size", render.width, "Pixels of the picture's width, 256 to 8192; default 1600")
         ->check(CLI::Range(256, 8192))
         ->type_name("PIXELS");
-    add_choice<int>(app, "--up", {{"x", 0}, {"y", 1}, {"z", 2}}, render.up,
-                    "Axis that points upwards, default z")
+    add_choice<std::optional<int>>(app, "--up", {{"x", 0}, {"y", 1}, {"z", 2}}, options->up,
+                                   "Axis that points upwards; default: that of the mesh's file, else z")
         ->type_name("AXIS");
     const auto view = [&render](const std::string& text) {
         std::tie(render.azimuth, render.elevation) = parse_pair("--view", text);

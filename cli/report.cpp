@@ -65,6 +65,15 @@ std::string sides_text(SignRule rule) {
     return rule == SignRule::generalized ? "by the shell" : "exact";
 }
 
+Json up_json(UpAxis up) {
+    return up == UpAxis::unknown ? Json() : Json(std::string(1, "xyz"[int(up) - 1]));
+}
+
+int upward_axis(const std::optional<int>& chosen, UpAxis of_file) {
+    constexpr int z = 2;
+    return chosen.value_or(of_file == UpAxis::unknown ? z : int(of_file) - 1);
+}
+
 Json shell_json(const ThinShell& shell, const Run& run) {
     const ShellInfo& info = shell.info();
     Json json;
@@ -72,6 +81,7 @@ Json shell_json(const ThinShell& shell, const Run& run) {
     json["mesh"]["triangles"] = info.mesh_triangles;
     json["mesh"]["closed"] = info.mesh_closed;
     json["mesh"]["weld"] = info.weld;
+    json["mesh"]["up"] = up_json(info.up);
     json["sign"] = name(info.sign);
     json["sign_reason"] = info.sign_reason;
     json["sides"] = sides_text(info.sign);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +43,11 @@ std::string sides_text(SignRule rule);
 /// The mesh and the shell, as `its build --json` and `its info --json` have them.
 Json shell_json(const ThinShell& shell, const Run& run);
 void add_shell_rows(Table& table, const ThinShell& shell, const Run& run);
+
+/// Of UpAxis; null where it is not known.
+Json up_json(UpAxis up);
+/// The axis to show upwards, 0 to 2: the one that was asked for, else the file's, else z.
+int upward_axis(const std::optional<int>& chosen, UpAxis of_file);
 
 Json box_json(const Box& box);
 

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common.h"
@@ -16,6 +17,7 @@ namespace {
 struct Options {
     CommonOptions common;
     std::string shell, output;
+    std::optional<int> up;
     ViewOptions view;
 };
 
@@ -25,6 +27,7 @@ int run(const Options& options) {
     ProgressBar bar(options.common.quiet);
     ViewOptions view = options.view;
     if (view.title.empty()) view.title = std::filesystem::path(options.shell).stem().string();
+    view.up = upward_axis(options.up, shell.info().up);
     view.run = options.common.run(bar);
     const Stopwatch watch;
     naming_file(options.shell, [&] { write_view(shell, options.output, view); });
@@ -57,7 +60,8 @@ Action add_view(CLI::App& app) {
     app.add_option("-o,--output", options->output, "Page to write")->required()->type_name("OUT.html");
     app.add_option("--title", view.title, "Title of the page; default: the name of the shell")
         ->type_name("TEXT");
-    add_choice<int>(app, "--up", {{"x", 0}, {"y", 1}, {"z", 2}}, view.up, "Axis that points upwards, default z")
+    add_choice<std::optional<int>>(app, "--up", {{"x", 0}, {"y", 1}, {"z", 2}}, options->up,
+                                   "Axis that points upwards; default: that of the mesh's file, else z")
         ->type_name("AXIS");
     app.add_option("--resolution", view.resolution,
                    "Cells of the surfaces along the longest side; default: the shell's own, at most 128")

@@ -13,6 +13,9 @@
 /// Triangle meshes and their attributes.
 namespace its {
 
+/// Which axis of the coordinates points upwards, as far as a file's format says so.
+enum class UpAxis : std::uint8_t { unknown, x, y, z };
+
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// An indexed triangle mesh. Any triangles: open, non-manifold, degenerate, in any order. The surface M

@@ -17,6 +17,8 @@ struct MeshFile {
     std::string format;  ///< "obj", "stl-ascii", "stl-binary", "ply-ascii", "ply-binary-le", …
     std::vector<std::string> warnings;
     MeshAttributes attributes;  ///< if they were asked for
+    /// y in glTF, z in 3MF; the other formats do not say. Coordinates are the file's in any case.
+    UpAxis up = UpAxis::unknown;
 };
 
 struct ReadOptions {

@@ -50,6 +50,7 @@ struct BuildOptions {
     bool turn_parts = false;
     Extrema extrema = Extrema::certified;
     Solver solver = Solver::direct;
+    UpAxis up = UpAxis::unknown;   ///< MeshFile::up, for the shell to remember; changes nothing else
     std::uint64_t max_memory = 0;  ///< bytes; 0: three quarters of what is free now
     Run run = {};
 };
@@ -61,6 +62,7 @@ struct ShellInfo {
     std::string sign_reason;
     Extrema extrema = Extrema::certified;
     Solver solver = Solver::direct;
+    UpAxis up = UpAxis::unknown;  ///< of the coordinates, where BuildOptions had it
     bool mesh_closed = false;
     std::uint64_t mesh_vertices = 0, mesh_triangles = 0;
     double weld = 0;                  ///< the mesh is the given one with corners nearer than this made one

@@ -183,7 +183,8 @@ MeshFile MeshBuilder::finish(std::string format) {
     return {{std::move(vertices_), std::move(triangles_)},
             std::move(format),
             std::move(warnings_),
-            std::move(attributes)};
+            std::move(attributes),
+            UpAxis::unknown};
 }
 
 }  // namespace its::formats

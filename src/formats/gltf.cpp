@@ -374,7 +374,9 @@ MeshFile parse_gltf(std::string_view bytes, const LoadSibling& load, const ReadO
     gltf::Data data(model, chunks.binary, load, mesh);
     gltf::SceneReader(model, data, mesh).read();
     if (options.attributes && model.materials) mesh.warn_not_carried("materials and textures");
-    return mesh.finish(binary ? "glb" : "gltf");
+    MeshFile file = mesh.finish(binary ? "glb" : "gltf");
+    file.up = UpAxis::y;  // glTF 2.0, 3.4
+    return file;
 }
 
 }  // namespace its::formats

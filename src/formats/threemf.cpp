@@ -237,7 +237,9 @@ MeshFile parse_3mf(std::string_view bytes, const ReadOptions& options) {
                 break;
             }
     }
-    return mesh.finish("3mf");
+    MeshFile file = mesh.finish("3mf");
+    file.up = UpAxis::z;  // Core Specification, 3.1: coordinates are the printer's
+    return file;
 }
 
 }  // namespace its::formats

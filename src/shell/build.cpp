@@ -218,6 +218,7 @@ public:
         shell_.info.sign_reason = sign_reason_;
         shell_.info.extrema = options_.extrema;
         shell_.info.solver = options_.solver;
+        shell_.info.up = options_.up;
         shell_.info.rounding = rounding_;
         shell_.info.weld = options_.weld;
         shell_.info.input_hash = input_hash(given_.view(), options_);

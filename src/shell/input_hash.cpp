@@ -1,5 +1,6 @@
 #include <xxhash.h>
 
+#include <array>
 #include <bit>
 #include <memory>
 #include <new>
@@ -36,6 +37,7 @@ std::array<std::uint64_t, 2> input_hash(const MeshView& view, const BuildOptions
     };
     add(ITS_VERSION);
     add(numbers);
+    if (options.up != UpAxis::unknown) add(std::array{options.up});
     add(mesh.vertices);
     add(mesh.triangles);
     const XXH128_hash_t hash = XXH3_128bits_digest(state.get());

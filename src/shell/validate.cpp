@@ -191,9 +191,9 @@ void check_info(const ShellData& shell) {
     require(info.depth == shell.lattice.resolution_depth() && info.cell_width == shell.lattice.width &&
                 info.scale == shell.lattice.scale(),
             "the description does not match the lattice");
-    require(
-        info.sign <= SignRule::even_odd && info.extrema <= Extrema::candidates && info.solver <= Solver::lscg,
-        "an unknown sign rule, bound or solver");
+    require(info.sign <= SignRule::even_odd && info.extrema <= Extrema::candidates &&
+                info.solver <= Solver::lscg && info.up <= UpAxis::z,
+            "an unknown sign rule, bound or solver");
     const std::int64_t side = shell.lattice.cells();
     require(info.root.min == shell.lattice.position({0, 0, 0}) &&
                 info.root.max == shell.lattice.position({side, side, side}),

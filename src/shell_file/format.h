@@ -137,6 +137,7 @@ void visit_facts(Shell& shell, std::uint32_t file_version, Visit&& visit) {
     all(info.surface_cells, info.cells, info.memory_bytes);
     if (file_version == 1) return;
     all(shell.grid_points, info.input_hash[0], info.input_hash[1], info.weld);
+    all(info.up);  // 0 where it is not known, as in all files before there was such a number
 }
 
 inline std::uint64_t to_word(double v) {

@@ -2,6 +2,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <memory>
@@ -193,6 +194,7 @@ std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_depth, bool chos
     };
     add(ITS_VERSION);
     add(numbers);
+    if (info.up != UpAxis::unknown) add(std::array{info.up});
     add(job.mesh.vertices);
     add(job.given.triangles);
     const XXH128_hash_t hash = XXH3_128bits_digest(state.get());
