@@ -193,7 +193,7 @@ void check_info(const ShellData& shell) {
             "the description does not match the lattice");
     require(info.sign <= SignRule::even_odd && info.extrema <= Extrema::candidates &&
                 info.solver <= Solver::lscg && info.up <= UpAxis::z,
-            "an unknown sign rule, bound or solver");
+            "an unknown sign rule, bound, solver or axis");
     const std::int64_t side = shell.lattice.cells();
     require(info.root.min == shell.lattice.position({0, 0, 0}) &&
                 info.root.max == shell.lattice.position({side, side, side}),

@@ -73,6 +73,14 @@ TEST(Variants, GltfFilesOfReports) {
         EXPECT_THAT(error_of([&, file = name] { read_mesh(data(file)); }), HasSubstr(extension));
 }
 
+TEST(Variants, SomeFormatsSayWhichAxisIsUp) {
+    EXPECT_EQ(read_mesh(data("gpu_instancing_required.glb")).up, UpAxis::y);
+    EXPECT_EQ(read_mesh(data("data_uri_other_type.gltf")).up, UpAxis::y);
+    EXPECT_EQ(read_mesh(data("slicer_modifier_part.3mf")).up, UpAxis::z);
+    EXPECT_EQ(read_mesh(data("group_name_backslash.obj")).up, UpAxis::unknown);
+    EXPECT_EQ(read_mesh(data("one_line.stl")).up, UpAxis::unknown);
+}
+
 TEST(Variants, ThreeMfFilesOfReports) {
     const MeshFile file = read_mesh(data("slicer_modifier_part.3mf"));
     expect_tetrahedron(file, "modifier");

@@ -7,6 +7,7 @@ import struct
 import zipfile
 
 SEEDS = pathlib.Path(__file__).parent / "seeds"
+DATA = pathlib.Path(__file__).parent.parent / "data"
 VERTICES = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.5)]
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 
@@ -22,6 +23,7 @@ def obj():
     put("obj/tetrahedron.obj", vertices + "".join("f %d %d %d\n" % tuple(i + 1 for i in f) for f in FACES))
     put("obj/forms.obj", "# forms\r\no a\r\nv -1 0 0 1 0 0\r\nv +1 0 1e-3\r\nv 1 1 0\r\nv .2 .3 0\r\nv 0 1 0\r\nvt 0 0\r\n"
         "vn 0 0 1\r\ng b\r\nusemtl m\r\nf 1/1 2/1 \\\r\n 3/1 4/1 5/1\r\nf -5//1 -4//1 -3//1 # end\r\ns 1\r\nf 1/1/1 3/1/1 5/1/1\r\n")
+    put("obj/joined.obj", "v 0 0 \\\n0\nv 2 0 0 2\ng C:\\x\\\nv 0 1 0 1\n# \\\nf 1 2\\\r\n3\n")
 
 
 def stl():
@@ -30,6 +32,11 @@ def stl():
         for f in FACES) + "endsolid s\n")
     body = b"".join(struct.pack("<12fH", 0, 0, 0, *(c for i in f for c in VERTICES[i]), 0) for f in FACES)
     put("stl/binary.stl", b"solid but binary".ljust(80, b"\0") + struct.pack("<I", len(FACES)) + body)
+    put("stl/one_line.stl", "solid s " + " ".join(
+        "facet normal 0 0 0 outer loop " + " ".join("vertex %g %g %g" % VERTICES[i] for i in f) + " end loop end facet"
+        for f in FACES) + " endsolid s")
+    put("stl/attributes.stl", b"\0" * 80 + struct.pack("<I", len(FACES)) + b"".join(
+        struct.pack("<12fH3s", 0, 0, 0, *(c for i in f for c in VERTICES[i]), 3, b"abc") for f in FACES))
 
 
 def ply():
@@ -51,6 +58,10 @@ def off():
     put("off/tetrahedron.off", "OFF\n# c\n4 4 6\n" + "".join("%g %g %g\n" % v for v in VERTICES) +
         "".join("3 %d %d %d\n" % f for f in FACES))
     put("off/colours.off", "COFF4 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n1 1 0 0 0 255 255\n0.2 .3 0 9 9 9 9\n4 0 1 2 3 0.5 0.5 0.5\n")
+    put("off/free.off", "4nOFF\n3\n4\n4 # c\n6\n0 0 0 1 2 0 0\n2 0 1 0 1\n0 0 1.5 1 " +
+        "".join("3 %d %d %d 1\n" % f for f in FACES))
+    put("off/undeclared.off", "OFF\n4 4\n" + "".join("%g %g %g 9 9 9\n" % v for v in VERTICES) +
+        "".join("3 %d %d %d\n" % f for f in FACES))
 
 
 def gltf():
@@ -75,6 +86,9 @@ def gltf():
         struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data)
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
     put("gltf/tetrahedron.gltf", model({"byteLength": len(data), "uri": uri}))
+    put("gltf/instances.glb", (DATA / "gpu_instancing_required.glb").read_bytes())
+    for packed in "draco_edgebreaker", "draco_sequential", "meshopt_high", "meshopt_quantize":
+        put("gltf/%s.glb" % packed, (DATA / (packed + ".glb")).read_bytes())
 
 
 def threemf():
@@ -93,6 +107,7 @@ def threemf():
         "_rels/.rels": '<?xml version="1.0" encoding="UTF-8"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
         '<Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>',
         "3D/3dmodel.model": model}
+    put("3mf/slicer.3mf", (DATA / "slicer_modifier_part.3mf").read_bytes())
     for name, method in (("stored", zipfile.ZIP_STORED), ("deflated", zipfile.ZIP_DEFLATED)):
         path = SEEDS / "3mf" / (name + ".3mf")
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -106,6 +121,7 @@ def points():
     text = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }".ljust(117) + "\n"
     put("points/npy", b"\0\x93NUMPY\x01\0" + struct.pack("<H", len(text)) + text.encode() + struct.pack("<6d", *range(6)))
     put("points/csv", "\1z,x,y,name\n1,2,3,a\n\"4\";5;+6e0;b\n")
+    put("points/csv_commas", "\1x;y;z\n0,5;\"1,5\";2\n1;2;3,25\n")
     put("points/xyz", "\2# c\n1 2 3\n4 5 6 7\n")
     put("points/ply", b"\3" + (SEEDS / "ply/binary_little_endian.ply").read_bytes())
 

@@ -369,6 +369,17 @@ TEST_F(ShellFile, OldFilesStayReadable) {
     EXPECT_EQ(shell_file::encode(two_levels()), read_file(folder / "two_levels_v2.its"));
 }
 
+TEST_F(ShellFile, RemembersWhichAxisIsUp) {
+    for (const UpAxis up : {UpAxis::unknown, UpAxis::x, UpAxis::y, UpAxis::z}) {
+        shell::ShellData data = two_levels();
+        data.info.up = up;
+        save(shell(data), folder_ / "a.its");
+        EXPECT_EQ(load(folder_ / "a.its").info().up, up);
+        EXPECT_EQ(read_file(folder_ / "a.its") == shell_file::encode(two_levels()), up == UpAxis::unknown)
+            << "where it is not known the bytes are those from before there was such a number";
+    }
+}
+
 // ---- validate() ----
 
 struct Damage {
@@ -385,6 +396,7 @@ TEST(Validate, NamesTheBrokenInvariant) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const double infinity = std::numeric_limits<double>::infinity();
     const Damage damages[] = {
+        {"unknown", [](auto& s) { s.info.up = UpAxis(4); }},
         {"depth", [](auto& s) { s.lattice.depth = -1; }},
         {"depth", [](auto& s) { s.lattice.depth = 17; }},
         {"cell width", [&](auto& s) { s.lattice.width = nan; }},

@@ -374,6 +374,21 @@ TEST(Verify, WorstOfAFailedLocalBoundIsByHowMuch) {
     EXPECT_TRUE(seen);
 }
 
+TEST(Verify, TheAxisThatIsUpIsPartOfTheInputHash) {
+    Tampered t;
+    BuildOptions options = at_depth(4);
+    options.up = UpAxis::z;
+    EXPECT_NE(input_hash(t.mesh, options), input_hash(t.mesh, at_depth(4)));
+    VerifyOptions complete = quick();
+    complete.complete = true;
+    const ThinShell shell = build(t.mesh, options);
+    EXPECT_EQ(shell.info().up, UpAxis::z);
+    EXPECT_TRUE(verify(shell, t.mesh, complete).passed());
+    t.data = shell.data();
+    t.data.info.up = UpAxis::y;
+    EXPECT_EQ(failed(t.report(complete)), std::set<std::string>{"input hash"});
+}
+
 TEST(Verify, InputHashOfOtherOptions) {
     Tampered t;
     t.data.info.extrema = Extrema::candidates;
