@@ -35,8 +35,6 @@ def stl():
     put("stl/one_line.stl", "solid s " + " ".join(
         "facet normal 0 0 0 outer loop " + " ".join("vertex %g %g %g" % VERTICES[i] for i in f) + " end loop end facet"
         for f in FACES) + " endsolid s")
-    put("stl/attributes.stl", b"\0" * 80 + struct.pack("<I", len(FACES)) + b"".join(
-        struct.pack("<12fH3s", 0, 0, 0, *(c for i in f for c in VERTICES[i]), 3, b"abc") for f in FACES))
 
 
 def ply():
