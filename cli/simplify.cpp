@@ -10,6 +10,7 @@
 #include "its/mesh_file.h"
 #include "parts.h"
 #include "report.h"
+#include "up.h"
 #include "weld.h"
 
 namespace its::cli {
@@ -22,6 +23,7 @@ struct Options {
     std::uint64_t samples = 200'000;
     bool no_attributes = false;
     WeldOption weld;
+    UpOption up;
 };
 
 /// A mesh as it is simplified.
@@ -157,6 +159,7 @@ std::optional<Measured> measure(const Options& options, const Mesh& mesh, const 
 
 int run(const Options& options) {
     check_output(options.output, options.mesh);
+    options.up.check(options.output);
     const Stopwatch reading;
     Input input{read_mesh_with_warnings(options.mesh, options.common, {.attributes = !options.no_attributes}),
                 {}};
@@ -188,7 +191,9 @@ int run(const Options& options) {
     stop_if_interrupted();
 
     const Stopwatch writing;
-    const std::vector<std::string> lost = write_mesh(result.mesh, result.attributes, options.output);
+    const MeshView written = result.mesh;
+    const std::vector<std::string> lost = write_mesh(
+        written, result.attributes, options.output, options.up.writing(options.output, std::span(&written, 1)));
     const double write = writing.seconds();
     if (options.simplify.faces && result.report.faces_after > *options.simplify.faces)
         print_message("warning", fmt::format("{}: {} faces are left, not {}: {}", options.output,
@@ -238,6 +243,7 @@ Action add_simplify(CLI::App& app) {
         ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000'000}))
         ->type_name("N");
     options->weld.declare(app);
+    options->up.declare(app);
     options->common.declare(app, "its simplify model.stl -o small.stl --tolerance 0.1");
     return [options] { return run(*options); };
 }

@@ -11,6 +11,7 @@
 #include "its/surface.h"
 #include "its/vdb.h"
 #include "report.h"
+#include "up.h"
 
 namespace its::cli {
 namespace {
@@ -23,6 +24,7 @@ struct Options {
     std::vector<SurfaceSide> sides = {SurfaceSide::outer};
     bool side_given = false, no_measure = false;
     SurfaceOptions surface;
+    UpOption up;
 };
 
 std::string lower_extension(const fs::path& path) {
@@ -52,22 +54,24 @@ void check_extension(const fs::path& output) {
 }
 
 /// One file for each side, all or none, or one for all of a .glb; empty surfaces are left out.
-void write_surfaces(const fs::path& output, std::span<Written> surfaces) {
+void write_surfaces(const fs::path& output, const UpOption& up, std::span<Written> surfaces) {
     const bool together = lower_extension(output) == ".glb" && surfaces.size() > 1;
     std::vector<MeshOutput> files;
     std::vector<NamedMesh> nodes;
+    std::vector<MeshView> meshes;
     for (Written& written : surfaces) {
         const SurfaceReport& report = written.surface.report;
         if (report.empty) continue;
         const fs::path path = surfaces.size() == 1 || together ? output : with_side(output, report.side);
         files.push_back({written.surface.mesh, path});
         nodes.push_back({std::string(name(report.side)), written.surface.mesh});
+        meshes.emplace_back(written.surface.mesh);
         written.file = path.string();
     }
     if (!together)
-        write_meshes(files);
+        write_meshes(files, up.writing(output, meshes));
     else if (!nodes.empty())
-        write_glb(nodes, output);
+        write_glb(nodes, output, up.writing(output, meshes));
 }
 
 Json surface_json(const Written& written, double scale) {
@@ -167,6 +171,7 @@ void report(const Options& options, const std::vector<Written>& surfaces, const 
 int run(const Options& options) {
     check_output(options.output, options.shell);
     check_extension(options.output);
+    options.up.check(options.output);
     if (lower_extension(options.output) == ".vdb" && !has_vdb())
         throw OptionError(
             fmt::format("cannot write '{}': this program was built without OpenVDB", options.output));
@@ -193,7 +198,7 @@ int run(const Options& options) {
                           fmt::format("{}: the {} surface is empty and is not written: {}", options.shell,
                                       name(written.surface.report.side), written.surface.report.reason));
     const Stopwatch writing;
-    write_surfaces(options.output, surfaces);
+    write_surfaces(options.output, options.up, surfaces);
     report(options, surfaces, shell, writing.seconds());
     return done;
 }
@@ -225,6 +230,7 @@ Action add_surface(CLI::App& app) {
         ->check(CLI::Range(1, 65536))
         ->type_name("N");
     app.add_flag("--no-measure", options->no_measure, "Do not measure the distances between mesh and surface");
+    options->up.declare(app);
     options->common.declare(app, "its surface model.its -o shells.glb --side both");
     return [options, side, level] {
         options->side_given = !side->empty();

@@ -41,6 +41,10 @@ struct WriteOptions {
     /// GLB: the translation of the nodes, which their coordinates are relative to. Empty: none, or the centre
     /// of the meshes' bounds where they are far from the origin for their size.
     std::optional<Vec3> origin = {};
+    /// GLB: the axis of the coordinates that points upwards. Its nodes turn it to y, which glTF calls up, by a
+    /// matrix of 0 and ±1; the coordinates stay as they are. unknown: nothing is turned. \throws OptionError
+    /// for formats without nodes
+    UpAxis up = UpAxis::unknown;
 };
 
 /// Writes .obj, .stl (binary), .ply (binary), .off or .glb, by extension, to a temporary name that is then
@@ -71,6 +75,10 @@ struct NamedMesh {
     std::string name;  ///< of its node; UTF-8
     MeshView mesh;     ///< its arrays must exist until the file is written
 };
+
+/// The translation that nodes of a GLB file of these meshes get where WriteOptions::origin is empty. Where it
+/// is not zero, programs that have 32-bit coordinates alone lose digits by adding it.
+Vec3 glb_origin(std::span<const MeshView> meshes);
 
 /// Writes meshes as nodes of one .glb file, in the same way. \throws FileError; InputError (no triangles, or
 /// more than the format's 4 GB).

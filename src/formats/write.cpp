@@ -73,6 +73,10 @@ std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes
     if (!known)
         throw OptionError(fmt::format("cannot write '{}': the extension must be .obj, .stl, .ply, .off or .glb",
                                       path.string()));
+    if (options.up != UpAxis::unknown && extension != ".glb")
+        throw OptionError(fmt::format(
+            "cannot write '{}' with an axis that is up: of the formats only .glb has a place for it",
+            path.string()));
     check_writable(mesh, options.single || !keeps_doubles(path));
     check_attributes(mesh.view(), attributes);
     // OBJ has tables for all but colours, STL has nothing.
@@ -85,7 +89,7 @@ std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes
     const VertexAttributes values = split ? split->attributes : VertexAttributes{};
     if (extension == ".glb") {
         const GlbMesh whole{path.stem().string(), out, values};
-        return new_glb(std::span(&whole, 1), options.origin, path);
+        return new_glb(std::span(&whole, 1), options, path);
     }
     auto file = std::make_unique<NewFile>(path);
     if (extension == ".stl") write_stl(out, *file);
@@ -129,13 +133,19 @@ bool keeps_doubles(const std::filesystem::path& path) {
     return extension != ".stl" && extension != ".glb";
 }
 
+Vec3 glb_origin(std::span<const MeshView> meshes) {
+    Box box = empty_box;
+    for (const MeshView& mesh : meshes) extend(box, mesh::Native(mesh).arrays());
+    return glb_centre(box);
+}
+
 void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
                const WriteOptions& options) {
     std::deque<mesh::Native> native;
     std::vector<GlbMesh> bare;
     for (const NamedMesh& named : meshes)
         bare.push_back({named.name, native.emplace_back(named.mesh).arrays(), {}});
-    new_glb(bare, options.origin, path)->commit();
+    new_glb(bare, options, path)->commit();
 }
 
 void write_mesh(const MeshView& mesh, const std::filesystem::path& path, const WriteOptions& options) {

@@ -28,33 +28,29 @@ std::uint64_t bytes_of(const GlbMesh& named) {
            8 * texture.size() + (bytes ? 8 : 16) * colours.size();
 }
 
-/// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away
-/// that 32 bits would lose more than two of them.
-Vec3 glb_centre(const Box& box) {
-    double size = 0, far = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        size = std::max(size, box.max[axis] - box.min[axis]);
-        far = std::max({far, std::abs(box.min[axis]), std::abs(box.max[axis])});
-    }
-    return far > 4 * size ? 0.5 * (box.min + box.max) : Vec3{};
-}
-
 /// Bounds of all vertices.
 Box bounds_of(std::span<const GlbMesh> meshes) {
-    constexpr double huge = std::numeric_limits<double>::max();
-    Box box{{huge, huge, huge}, {-huge, -huge, -huge}};
-    for (const GlbMesh& named : meshes)
-        for (const Vec3& v : named.mesh.vertices)
-            for (int axis = 0; axis < 3; ++axis) {
-                box.min[axis] = std::min(box.min[axis], v[axis]);
-                box.max[axis] = std::max(box.max[axis], v[axis]);
-            }
+    Box box = empty_box;
+    for (const GlbMesh& named : meshes) extend(box, named.mesh);
     return box;
 }
 
+using Json = nlohmann::ordered_json;
+
+/// Where a node has its mesh: a translation, and a rotation if an axis other than glTF's y is up. Rotations are
+/// those of COLLADA's up_axis: z up to y by (x, z, −y), x up to y by (−y, x, z).
+void place(Json& node, const Vec3& centre, UpAxis up) {
+    const auto& [x, y, z] = centre;
+    if (up == UpAxis::z)
+        node["matrix"] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, x, z, 0 - y, 1};
+    else if (up == UpAxis::x)
+        node["matrix"] = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0 - y, x, z, 1};
+    else if (centre != Vec3{})
+        node["translation"] = {x, y, z};
+}
+
 /// The JSON of a GLB file whose buffer has each mesh's vertices, its indices, then its attributes.
-nlohmann::ordered_json glb_json(std::span<const GlbMesh> meshes, const Vec3& centre) {
-    using Json = nlohmann::ordered_json;
+Json glb_json(std::span<const GlbMesh> meshes, const Vec3& centre, UpAxis up) {
     Json json;
     json["asset"] = {{"version", "2.0"}, {"generator", "its " ITS_VERSION}};
     json["scene"] = 0;
@@ -98,7 +94,7 @@ nlohmann::ordered_json glb_json(std::span<const GlbMesh> meshes, const Vec3& cen
         const Json primitive = {{"attributes", attributes}, {"indices", indices}};
         json["meshes"].push_back({{"name", meshes[i].name}, {"primitives", Json::array({primitive})}});
         json["nodes"].push_back({{"name", meshes[i].name}, {"mesh", i}});
-        if (centre != Vec3{}) json["nodes"].back()["translation"] = {centre.x, centre.y, centre.z};
+        place(json["nodes"].back(), centre, up);
         json["scenes"][0]["nodes"].push_back(i);
     }
     json["buffers"].push_back({{"byteLength", offset}});
@@ -126,7 +122,25 @@ void write_glb_data(const GlbMesh& named, const Vec3& centre, NewFile& file) {
 
 }  // namespace
 
-std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const std::optional<Vec3>& origin,
+Vec3 glb_centre(const Box& box) {
+    if (!(box.min.x <= box.max.x)) return {};  // of nothing
+    double size = 0, far = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        size = std::max(size, box.max[axis] - box.min[axis]);
+        far = std::max({far, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    }
+    return far > 4 * size ? 0.5 * box.min + 0.5 * box.max : Vec3{};
+}
+
+void extend(Box& box, const mesh::Arrays& mesh) {
+    for (const Vec3& v : mesh.vertices)
+        for (int axis = 0; axis < 3; ++axis) {
+            box.min[axis] = std::min(box.min[axis], v[axis]);
+            box.max[axis] = std::max(box.max[axis], v[axis]);
+        }
+}
+
+std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOptions& options,
                                  const std::filesystem::path& path) {
     std::uint64_t buffer = 0;
     for (const GlbMesh& named : meshes) {
@@ -136,8 +150,8 @@ std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const std::opt
                 "cannot write '{}': a GLB file has no place for a mesh without triangles", path.string()));
         buffer += bytes_of(named);
     }
-    const Vec3 centre = origin ? *origin : glb_centre(bounds_of(meshes));
-    std::string text = glb_json(meshes, centre).dump();
+    const Vec3 centre = options.origin ? *options.origin : glb_centre(bounds_of(meshes));
+    std::string text = glb_json(meshes, centre, options.up).dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');
     const std::uint64_t total = 12 + 8 + text.size() + 8 + buffer;
     if (meshes.empty() || total > std::numeric_limits<std::uint32_t>::max())

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formats/new_file.h"
+#include "its/mesh_file.h"
 #include "mesh/arrays.h"
 
 namespace its::formats {
@@ -46,10 +47,16 @@ struct GlbMesh {
     mesh::Arrays mesh;
     VertexAttributes attributes;
 };
-/// Coordinates are rounded to 32 bits, about `origin`: if empty, a centre of their own where the meshes are far
-/// away. \throws InputError (no triangles, or more than the format's 4 GB)
-std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const std::optional<Vec3>& origin,
+/// Coordinates are rounded to 32 bits, about options.origin: if empty, a centre of their own where the meshes
+/// are far away. \throws InputError (no triangles, or more than the format's 4 GB)
+std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOptions& options,
                                  const std::filesystem::path& path);
+/// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away
+/// that 32 bits would lose more than two of them.
+Vec3 glb_centre(const Box& box);
+/// Grows the box to hold all vertices. Of none at all it is the empty box, lower corner above the upper one.
+void extend(Box& box, const mesh::Arrays& mesh);
+inline constexpr Box empty_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
 /// \throws InputError on what would make a file that cannot be read back.
 void check_writable(const mesh::Arrays& mesh, bool single_precision);

@@ -51,6 +51,53 @@ TEST_F(SurfaceCommand, WritesBothSidesInEveryFormat) {
     }
 }
 
+Box bounds_of(const std::string& file) {
+    return inspect(read_mesh(file).mesh).bounds;
+}
+
+TEST_F(SurfaceCommand, UpTurnsTheNodesOfGlb) {
+    const std::string plain = shop.path("plain.glb"), up = shop.path("up.glb");
+    const std::string slab = shop.add("slab.obj", zoo::box({0, 0, 0}, {3, 2, 1}));
+    for (const std::string command : {"surface", "simplify"}) {
+        const std::string input = command == "surface" ? shell : slab;
+        ASSERT_EQ(run({command, input, "-o", plain, "-q"}).status, 0);
+        const Box box = bounds_of(plain);
+        for (const std::string axis : {"x", "y", "z"}) {
+            const Result result = run({command, input, "-o", up, "--up", axis, "-q"});
+            ASSERT_EQ(result.status, 0) << result.error;
+            const Box turned = bounds_of(up);
+            const double height = axis == "x" ? box.max.x : axis == "y" ? box.max.y : box.max.z;
+            EXPECT_EQ(turned.max.y, height);
+        }
+        // Other formats have no place for it, which is said before any work.
+        for (const std::string name : {"out.obj", "out.stl", "out.ply", "out.off"}) {
+            const Result refused = run({command, input, "-o", shop.path(name), "--up", "z"});
+            EXPECT_EQ(refused.status, 2);
+            EXPECT_THAT(refused.error, HasSubstr("--up is for .glb"));
+            EXPECT_FALSE(std::filesystem::exists(shop.path(name)));
+        }
+    }
+}
+
+TEST_F(SurfaceCommand, SaysWhatOthersMakeOfAFarGlb) {
+    const std::string far = shop.add("far.obj", zoo::sphere({1000, 0, 0}, 1, 2)),
+                      far_shell = shop.path("far.its");
+    ASSERT_EQ(run({"build", far, "-o", far_shell, "-q"}).status, 0);
+    const auto warnings = [&](const std::string& command, const std::string& input, const char* output) {
+        const Result result = run({command, input, "-o", shop.path(output), "-q"});
+        EXPECT_EQ(result.status, 0) << result.error;
+        return result.error;
+    };
+    for (const std::string command : {"surface", "simplify"}) {
+        const bool surface = command == "surface";
+        EXPECT_THAT(warnings(command, surface ? far_shell : far, "far.glb"),
+                    testing::AllOf(HasSubstr("far.glb: far from the origin"), HasSubstr(".ply and .obj"),
+                                   testing::EndsWith("digit\n")));
+        EXPECT_THAT(warnings(command, surface ? far_shell : far, "far.ply"), IsEmpty());
+        EXPECT_THAT(warnings(command, surface ? shell : mesh, "near.glb"), IsEmpty());
+    }
+}
+
 TEST_F(SurfaceCommand, WritesBothSidesInOneGlb) {
     const std::string out = shop.path("both.glb");
     const Result result = run({"surface", shell, "-o", out, "--side", "both", "--json", "--no-measure"});

@@ -6,12 +6,13 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "its/mesh.h"
 #include "its/mesh_file.h"
 #include "support/zoo.h"
 
-/// GLB files that we write, as our reader (tinygltf) reads them.
+/// GLB files that we write, as our reader reads them.
 namespace its {
 namespace {
 
@@ -88,6 +89,69 @@ TEST_F(GlbWriter, IsRelativeToTheOriginThatItIsGiven) {
     const Vec3 origin{128, 0.5, -0.25};
     write_mesh(ball, folder / "ball.glb", {.origin = origin});
     expect_rounded(read_mesh(folder / "ball.glb").mesh, ball, origin);
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+nlohmann::json json_of(const std::string& glb) {
+    std::uint32_t length;
+    std::memcpy(&length, glb.data() + 12, 4);
+    return nlohmann::json::parse(glb.substr(20, length));
+}
+
+/// What an axis that is up becomes, and the two others with it.
+Vec3 turned(const Vec3& v, UpAxis up) {
+    return up == UpAxis::z ? Vec3{v.x, v.z, -v.y} : up == UpAxis::x ? Vec3{-v.y, v.x, v.z} : v;
+}
+
+TEST_F(GlbWriter, TurnsTheAxisThatIsUpToY) {
+    const double still[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    for (const Vec3& place : {Vec3{0, 0, 0}, Vec3{1e6, -2e6, 3e6}}) {
+        const Mesh mesh = zoo::transformed(zoo::torus(1, 0.3, 12, 8), still, place, 1);
+        write_mesh(mesh, folder / "as_is.glb");
+        const std::string as_is = bytes_of(folder / "as_is.glb");
+        const Mesh read = read_mesh(folder / "as_is.glb").mesh;
+        for (const UpAxis up : {UpAxis::x, UpAxis::y, UpAxis::z}) {
+            write_mesh(mesh, folder / "up.glb", {.up = up});
+            const std::string file = bytes_of(folder / "up.glb");
+            const auto node = json_of(file)["nodes"][0];
+            EXPECT_EQ(node.contains("matrix"), up != UpAxis::y);
+            EXPECT_FALSE(node.contains("matrix") && node.contains("translation")) << "glTF 2.0 forbids both";
+            for (int i = 0; node.contains("matrix") && i < 12; ++i)
+                EXPECT_TRUE(node["matrix"][i] == 0 || node["matrix"][i] == 1 || node["matrix"][i] == -1);
+            // The coordinates are those of the mesh: the same bytes.
+            const std::size_t data = 12 * (mesh.vertices.size() + mesh.triangles.size());
+            EXPECT_EQ(file.substr(file.size() - data), as_is.substr(as_is.size() - data));
+            const Mesh again = read_mesh(folder / "up.glb").mesh;
+            ASSERT_EQ(again.vertices.size(), read.vertices.size());
+            EXPECT_EQ(again.triangles, read.triangles) << "a rotation: nothing is turned over";
+            for (std::size_t i = 0; i < read.vertices.size(); ++i)
+                EXPECT_EQ(again.vertices[i], turned(read.vertices[i], up));
+        }
+    }
+    EXPECT_EQ(turned({0, 0, 1}, UpAxis::z), (Vec3{0, 1, 0}));
+    EXPECT_EQ(turned({1, 0, 0}, UpAxis::x), (Vec3{0, 1, 0}));
+}
+
+TEST_F(GlbWriter, OnlyItHasAnAxisThatIsUp) {
+    for (const char* name : {"a.ply", "a.obj", "a.off", "a.stl"})
+        EXPECT_THROW(write_mesh(zoo::tetrahedron(), folder / name, {.up = UpAxis::z}), OptionError) << name;
+    EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+TEST_F(GlbWriter, SaysWhereItsOriginIs) {
+    const Mesh near = zoo::box({-1, -1, -1}, {3, 1, 1}), far = zoo::box({100, 0, 0}, {101, 1, 1});
+    const MeshView views[] = {near, far};
+    EXPECT_EQ(glb_origin(std::span(views, 1)), (Vec3{0, 0, 0}));
+    EXPECT_EQ(glb_origin(std::span(views).subspan(1)), (Vec3{100.5, 0.5, 0.5}));
+    EXPECT_EQ(glb_origin(views), (Vec3{0, 0, 0}));
+    EXPECT_EQ(glb_origin({}), (Vec3{0, 0, 0}));
+    write_mesh(far, folder / "far.glb");
+    EXPECT_EQ(json_of(bytes_of(folder / "far.glb"))["nodes"][0]["translation"],
+              (nlohmann::json{100.5, 0.5, 0.5}));
 }
 
 TEST_F(GlbWriter, SinglePrecisionOfOtherFormatsIsThatOf32Bits) {

@@ -384,7 +384,7 @@ TEST(Verify, TheAxisThatIsUpIsPartOfTheInputHash) {
     const ThinShell shell = build(t.mesh, options);
     EXPECT_EQ(shell.info().up, UpAxis::z);
     EXPECT_TRUE(verify(shell, t.mesh, complete).passed());
-    t.data = shell.data();
+    t.data = shell::Access::data(shell);
     t.data.info.up = UpAxis::y;
     EXPECT_EQ(failed(t.report(complete)), std::set<std::string>{"input hash"});
 }
