@@ -27,6 +27,7 @@ int run(const Options& options) {
     RenderOptions render_options = options.render;
     render_options.up = upward_axis(options.up, shell.info().up);
     render_options.run = options.common.run(bar);
+    render_options.max_memory = options.common.memory_beside(size_of(options.shell));
     const Stopwatch watch;
     const Image image = naming_file(options.shell, [&] { return render(shell, render_options); });
     const double seconds = watch.seconds();

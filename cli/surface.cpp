@@ -22,7 +22,7 @@ struct Options {
     CommonOptions common;
     std::string shell, output;
     std::vector<SurfaceSide> sides = {SurfaceSide::outer};
-    bool side_given = false, no_measure = false;
+    bool side_given = false, no_measure = false, single = false;
     SurfaceOptions surface;
     UpOption up;
 };
@@ -53,25 +53,39 @@ void check_extension(const fs::path& output) {
         "cannot write '{}': the extension must be .obj, .ply, .stl, .off, .glb or .vdb", output.string()));
 }
 
+/// What the file keeps: surfaces are made of these numbers, so that what is proven holds for what is written.
+Coordinates coordinates_of(const Options& options) {
+    const std::string extension = lower_extension(options.output);
+    if (extension == ".glb") return Coordinates::single_offset;
+    return options.single || extension == ".stl" ? Coordinates::single : Coordinates::doubles;
+}
+
 /// One file for each side, all or none, or one for all of a .glb; empty surfaces are left out.
-void write_surfaces(const fs::path& output, const UpOption& up, std::span<Written> surfaces) {
+void write_surfaces(const Options& options, std::span<Written> surfaces) {
+    const fs::path output = options.output;
     const bool together = lower_extension(output) == ".glb" && surfaces.size() > 1;
     std::vector<MeshOutput> files;
     std::vector<NamedMesh> nodes;
     std::vector<MeshView> meshes;
+    Vec3 origin;
     for (Written& written : surfaces) {
         const SurfaceReport& report = written.surface.report;
         if (report.empty) continue;
         const fs::path path = surfaces.size() == 1 || together ? output : with_side(output, report.side);
         files.push_back({written.surface.mesh, path});
+        origin = report.origin;  // the same for all sides of a shell
         nodes.push_back({std::string(name(report.side)), written.surface.mesh});
         meshes.emplace_back(written.surface.mesh);
         written.file = path.string();
     }
-    if (!together)
-        write_meshes(files, up.writing(output, meshes));
-    else if (!nodes.empty())
-        write_glb(nodes, output, up.writing(output, meshes));
+    if (files.empty()) return;
+    WriteOptions how = options.up.writing(output, meshes);
+    how.single = options.single;
+    how.origin = origin;
+    if (together)
+        write_glb(nodes, output, how);
+    else
+        write_meshes(files, how);
 }
 
 Json surface_json(const Written& written, double scale) {
@@ -90,6 +104,8 @@ Json surface_json(const Written& written, double scale) {
     json["margin"] = report.margin;
     json["f_min"] = report.lowest;
     json["f_max"] = report.highest;
+    json["components"] = report.components;
+    json["components_enclosed"] = report.components_enclosed;
     json["cell_width"] = report.cell_width;
     json["cells"] = report.cells;
     json["depth_wanted"] = report.depth_wanted > 0 ? Json(report.depth_wanted) : Json(nullptr);
@@ -182,13 +198,17 @@ int run(const Options& options) {
     ProgressBar bar(options.common.quiet);
     SurfaceOptions surface_options = options.surface;
     surface_options.measure = !options.no_measure;
+    surface_options.coordinates = coordinates_of(options);
     std::vector<Written> surfaces;
+    std::uint64_t held = size_of(options.shell);
     for (const SurfaceSide side : options.sides) {
         const double sides = double(options.sides.size()), before = double(surfaces.size());
         surface_options.run = options.common.run(bar, before / sides, (before + 1) / sides);
         surface_options.side = side;
+        surface_options.max_memory = options.common.memory_beside(held);
         surfaces.push_back(
             {naming_file(options.shell, [&] { return extract_surface(shell, surface_options); }), ""});
+        held += memory_of(surfaces.back().surface.mesh);
     }
     bar.clear();
     stop_if_interrupted();
@@ -198,7 +218,7 @@ int run(const Options& options) {
                           fmt::format("{}: the {} surface is empty and is not written: {}", options.shell,
                                       name(written.surface.report.side), written.surface.report.reason));
     const Stopwatch writing;
-    write_surfaces(options.output, options.up, surfaces);
+    write_surfaces(options, surfaces);
     report(options, surfaces, shell, writing.seconds());
     return done;
 }
@@ -229,6 +249,9 @@ Action add_surface(CLI::App& app) {
                    "Cells along the longest side; default: the shell's own lattice")
         ->check(CLI::Range(1, 65536))
         ->type_name("N");
+    app.add_flag(
+        "--single", options->single,
+        "32-bit coordinates in .ply, .obj and .off too, as .stl and .glb have; what is proven holds for them");
     app.add_flag("--no-measure", options->no_measure, "Do not measure the distances between mesh and surface");
     options->up.declare(app);
     options->common.declare(app, "its surface model.its -o shells.glb --side both");

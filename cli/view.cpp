@@ -29,6 +29,7 @@ int run(const Options& options) {
     if (view.title.empty()) view.title = std::filesystem::path(options.shell).stem().string();
     view.up = upward_axis(options.up, shell.info().up);
     view.run = options.common.run(bar);
+    view.max_memory = options.common.memory_beside(size_of(options.shell));
     const Stopwatch watch;
     naming_file(options.shell, [&] { write_view(shell, options.output, view); });
     const double seconds = watch.seconds();

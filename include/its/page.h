@@ -15,6 +15,7 @@ struct ViewOptions {
     /// Cells of the two surfaces along the scale s, 1 to 65536. 0: the shell's own up to depth 7, and 128
     /// above.
     int resolution = 0;
+    std::uint64_t max_memory = 0;  ///< of the surfaces, see SurfaceOptions::max_memory
     /// Samples of f along the longest side of the box that the page's cut plane shows, 16 to 256.
     int field_samples = 112;
     /// Triangles of each body, at least 1000: what has more is shown simplified, and the page says so.

@@ -34,14 +34,15 @@ struct Image {
 Image slice(const ThinShell& shell, const SliceOptions& options = {});
 
 struct RenderOptions {
-    int width = 1600;       ///< pixels of the picture, 256 to 8192
-    int up = 2;             ///< the axis that points upwards: 0 x, 1 y, 2 z
-    double azimuth = 30;    ///< of the camera around that axis, degrees
-    double elevation = 18;  ///< of the camera above the floor, degrees, 0 to 80
-    double cut = 48;        ///< where the cuts face, seen from above: degrees to the left of the camera
-    double at = 0.5;        ///< position of the middle cut within the outer surface, 0 to 1
-    int samples = 16;       ///< rays a pixel, 1 to 4096: noise falls with it, and time grows
-    int resolution = 0;     ///< of the surfaces, see SurfaceOptions::resolution
+    int width = 1600;              ///< pixels of the picture, 256 to 8192
+    int up = 2;                    ///< the axis that points upwards: 0 x, 1 y, 2 z
+    double azimuth = 30;           ///< of the camera around that axis, degrees
+    double elevation = 18;         ///< of the camera above the floor, degrees, 0 to 80
+    double cut = 48;               ///< where the cuts face, seen from above: degrees to the left of the camera
+    double at = 0.5;               ///< position of the middle cut within the outer surface, 0 to 1
+    int samples = 16;              ///< rays a pixel, 1 to 4096: noise falls with it, and time grows
+    int resolution = 0;            ///< of the surfaces, see SurfaceOptions::resolution
+    std::uint64_t max_memory = 0;  ///< of the surfaces, see SurfaceOptions::max_memory
     Run run = {};
 };
 

@@ -22,6 +22,14 @@ std::string_view name(SurfaceSide side);
 /// The side of that name; empty: there is none.
 std::optional<SurfaceSide> parse_surface_side(std::string_view name);
 
+/// The numbers that a surface's coordinates are. Surfaces are made of them, not rounded to them afterwards:
+/// what is proven of a surface then holds for a file that keeps no others.
+enum class Coordinates : std::uint8_t {
+    doubles,
+    single,         ///< 32-bit numbers, as in STL
+    single_offset,  ///< 32-bit numbers relative to SurfaceReport::origin, as in GLB
+};
+
 struct SurfaceOptions {
     SurfaceSide side = SurfaceSide::outer;
     /// Extract at this value of f, in mesh units, and do not move it. Empty: the side's own level.
@@ -32,6 +40,9 @@ struct SurfaceOptions {
     /// Bound f over every triangle and, unless `level` is given, move the level by the smallest change that
     /// keeps the surface off M. Without it the level is the side's own and the surface may touch M.
     bool certify = true;
+    Coordinates coordinates = Coordinates::doubles;
+    /// Bytes beyond the shell itself, or 0 for three quarters of what is free; estimated before they are taken.
+    std::uint64_t max_memory = 0;
     bool measure = false;  ///< measure SurfaceReport::to_mesh and from_mesh: costs about as much again
     Run run = {};
 };
@@ -48,6 +59,12 @@ struct SurfaceReport {
     /// Proven: lowest ≤ f ≤ highest on every point of the mesh, rounding included. With `certify` only.
     double lowest = 0, highest = 0;
     std::string reason;  ///< one sentence where empty or not certified, else empty
+    /// Parts of M that share no vertices, and how many of them have the surface around a vertex of theirs
+    /// (inner: not around it), exactly, by winding numbers: with a margin above 0 around the whole part. Other
+    /// lattices than the shell's own may miss parts smaller than a cell: the level is moved until none is
+    /// missed or, if it is given, the surface is not certified. With `certify` only.
+    std::uint64_t components = 0, components_enclosed = 0;
+    Vec3 origin;  ///< of Coordinates::single_offset: (0, 0, 0) unless M is far from it for its size
     /// For an empty inner surface: a depth that is expected to give one, or 0 if none up to max_depth is.
     int depth_wanted = 0;
     double cell_width = 0;    ///< of the lattice it was extracted on
@@ -63,7 +80,7 @@ struct SurfaceReport {
 
 struct Surface {
     /// Closed, 2-manifold, oriented towards growing f (outward), without self-intersections or degenerate
-    /// triangles. Vertices are doubles on lattice edges (rare ones inside cells).
+    /// triangles. Vertices are on lattice edges (rare ones inside cells), and of the kind of SurfaceOptions.
     Mesh mesh;
     SurfaceReport report;
 };
@@ -71,8 +88,9 @@ struct Surface {
 /// The level set of f, by marching cubes with the asymptotic decider (Nielson and Hamann 1991) and embedded
 /// fans (docs/design/surface.md). Without inside (sign rule unsigned) the outer surface runs around both sides
 /// of M, and the others are empty.
-/// \throws OptionError (resolution or threads out of range, level not finite, or a level set that leaves the
-///         root cube), MemoryError, Cancelled.
+/// \throws OptionError (resolution or threads out of range, level not finite, a level set that leaves the root
+///         cube, or numbers that are too coarse for the lattice), InputError (values of f that no build makes),
+///         MemoryError, Cancelled.
 Surface extract_surface(const ThinShell& shell, const SurfaceOptions& options = {});
 
 }  // namespace its

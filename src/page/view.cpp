@@ -169,6 +169,7 @@ Surface page_surface(const ThinShell& shell, SurfaceSide side, const ViewOptions
         surface =
             extract_surface(shell, {.side = side,
                                     .resolution = resolution == own ? 0 : resolution,
+                                    .max_memory = options.max_memory,
                                     .run = {.threads = options.run.threads, .progress = parts.next(0.4)}});
         if (surface.mesh.triangles.size() <= options.max_triangles || resolution < 2) break;
     }

@@ -202,6 +202,7 @@ Model make_model(const ThinShell& shell, const RenderOptions& options, Parts& pa
         return extract_surface(shell,
                                {.side = side,
                                 .resolution = options.resolution,
+                                .max_memory = options.max_memory,
                                 .run = {.threads = options.run.threads, .progress = parts.until(until)}});
     };
     const Surface outer = surface(SurfaceSide::outer, 0.1), inner = surface(SurfaceSide::inner, 0.2);

@@ -6,19 +6,14 @@
 #include <unordered_map>
 #include <vector>
 
+#include "geometry/triangle_pair.h"
 #include "simplify/complex.h"
 
 /// Intersections between triangles of a mesh, by exact predicates.
 namespace its::simplifier {
 
-/// A triangle with the numbers of its vertices: equal numbers are the same point.
-struct NumberedTriangle {
-    Triangle number;
-    std::array<Vec3, 3> corner;
-};
-
-/// Whether two triangles have a point in common that is not part of a corner or edge that they share by number.
-bool intersect(const NumberedTriangle& s, const NumberedTriangle& t);
+using geometry::intersect;
+using geometry::NumberedTriangle;
 
 /// The living triangles of a complex in a hierarchy of hashed grids: each stands in the cells, of the grid that
 /// is about as wide as itself, that its box meets.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/predicates.h"
+#include "geometry/triangle_pair.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 
@@ -88,6 +90,26 @@ Vec3 vertex_position(const Grid& grid, const octree::Cell& at, const std::array<
         crossing_fraction(value[std::size_t(start)], value[std::size_t(end)], grid.clearance);
     position[along] = grid.between(along, at[std::size_t(along)], fraction);
     return position;
+}
+
+bool star_is_embedded(const SurfaceFrame& frame, const LevelCell& cell) {
+    CellSurface surface;
+    make_cell_surface(frame, cell, surface);
+    std::array<geometry::NumberedTriangle, Patch::capacity> triangle;
+    const auto size = std::size_t(surface.patch.size);
+    for (std::size_t t = 0; t < size; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int v = surface.patch.triangle[t][k];
+            triangle[t].number[k] = std::uint32_t(v);
+            triangle[t].corner[k] =
+                vertex_position(frame.grid, cell.at, surface.value, surface.crossing, frame.side, v);
+        }
+        const auto& [a, b, c] = triangle[t].corner;
+        if (geometry::is_degenerate(a, b, c)) return false;
+        for (std::size_t other = 0; other < t; ++other)
+            if (geometry::intersect(triangle[other], triangle[t])) return false;
+    }
+    return true;
 }
 
 void make_cell_surface(const SurfaceFrame& frame, const LevelCell& cell, CellSurface& surface) {

@@ -36,6 +36,10 @@ Vec3 vertex_position(const Grid& grid, const octree::Cell& at, const std::array<
 /// is wrong by at most local_roundings·u. Precondition: the cell is crossed.
 void make_cell_surface(const SurfaceFrame& frame, const LevelCell& cell, CellSurface& surface);
 
+/// Whether the triangles of a star, with vertices as they are in mesh units, meet in common corners and edges
+/// only, and none is degenerate.
+bool star_is_embedded(const SurfaceFrame& frame, const LevelCell& cell);
+
 /// Of (x − p₀)/(p₁ − p₀): two differences and a quotient; p₁ − p₀ is exact on the shell's own lattice.
 inline constexpr double local_roundings = 3;
 

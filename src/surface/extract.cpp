@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/names.h"
@@ -11,6 +12,7 @@
 #include "its/inspect.h"
 #include "its/surface.h"
 #include "shell/access.h"
+#include "surface/enclosure.h"
 #include "surface/level_search.h"
 #include "surface/polygonise.h"
 
@@ -24,6 +26,7 @@ constexpr Named<SurfaceSide> sides[] = {
 
 constexpr int max_resolution = 65536;
 constexpr std::uint64_t samples = 200'000;  // of measured distances, each way
+constexpr std::uint64_t value_grain = 65536;
 
 void check_options(const SurfaceOptions& options) {
     if (options.resolution < 0 || options.resolution > max_resolution)
@@ -32,9 +35,66 @@ void check_options(const SurfaceOptions& options) {
     if (options.level && !std::isfinite(*options.level)) throw OptionError("level: must be a finite number");
 }
 
-std::unique_ptr<LevelSource> make_source(const shell::ShellData& shell, int resolution) {
-    const bool finest = resolution == 0 || std::uint32_t(resolution) == shell.lattice.scale_cells();
-    return finest ? finest_source(shell) : resampled_source(shell, resolution);
+bool is_own_lattice(const shell::ShellData& shell, int resolution) {
+    return resolution == 0 || std::uint32_t(resolution) == shell.lattice.scale_cells();
+}
+
+/// Coordinates about an origin are relative to the root cube's centre where it is far away for its size. They
+/// are multiples of a quantum of which 2²⁴ reach from the centre to the root cube's faces: 32-bit numbers, and
+/// exact doubles when added to it.
+Rounding make_rounding(const octree::Lattice& lattice, Coordinates coordinates) {
+    constexpr double far = 8;  // in scales
+    if (coordinates == Coordinates::doubles) return {};
+    if (coordinates == Coordinates::single || lattice.reach() * lattice.width <= far * lattice.scale())
+        return {Rounding::Kind::single, {}, 0};
+    int exponent = 0;
+    (void)std::frexp(0.5 * lattice.cells() * lattice.width, &exponent);
+    Rounding rounding{Rounding::Kind::about_origin, {}, std::ldexp(1.0, exponent - 24)};
+    const std::int64_t middle = lattice.cells() / 2;
+    for (int axis = 0; axis < 3; ++axis)
+        rounding.origin[axis] = std::rint(lattice.position(axis, middle) / rounding.quantum) * rounding.quantum;
+    if (lattice.reach() * lattice.width >= 0x1p52 * rounding.quantum)
+        throw OptionError(
+            "the mesh is too far from the origin for 32-bit numbers about a centre; write .ply, .obj or .off");
+    return rounding;
+}
+
+/// Expected of the cells that an outer or inner surface runs through: as many as of the octree's subdivided
+/// cells of that width, and half as many again as it is not where M is; on finer lattices as the square of the
+/// resolution.
+double expected_cells(const shell::ShellData& shell, int resolution) {
+    const int depth = shell.lattice.depth;
+    const double ratio = resolution == 0 ? 1.0 : double(shell.lattice.scale_cells()) / resolution;
+    if (ratio < 2) return 1.5 * double(shell.octree.surface_cells()) / (ratio * ratio);
+    const int level = std::min(std::ilogb(ratio), depth);
+    const double width = std::ldexp(1.0, level);
+    return 1.5 * double(shell.octree.levels[level - 1].groups()) * (width / ratio) * (width / ratio);
+}
+
+std::unique_ptr<LevelSource> make_source(const shell::ShellData& shell, const SurfaceOptions& options,
+                                         MemoryGuard& guard) {
+    const Rounding rounding = make_rounding(shell.lattice, options.coordinates);
+    return is_own_lattice(shell, options.resolution)
+               ? finest_source(shell, rounding)
+               : resampled_source(shell, options.resolution, rounding, guard);
+}
+
+/// A file may hold any numbers; with those of a build every search ends.
+void check_values(const shell::ShellData& shell) {
+    const double most = largest_possible_value(shell.lattice);
+    const auto possible = [&](double v) { return std::abs(v) <= most; };
+    bool good = possible(shell.epsilon_inner) && possible(shell.epsilon_outer);
+    for (const auto& values : shell.field.values) {
+        std::vector<std::uint8_t> parts(chunk_count(values.size(), value_grain), 1);
+        for_chunks(values.size(), value_grain,
+                   [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+                       bool all = true;
+                       for (std::uint64_t i = begin; i < end; ++i) all &= possible(values[i]);
+                       parts[chunk] = all;
+                   });
+        good = good && std::find(parts.begin(), parts.end(), 0) == parts.end();
+    }
+    if (!good) throw InputError("damaged shell: values of f are larger than distances in its root cube can be");
 }
 
 /// The bound of f on M that a side has to do with, in finest cell widths.
@@ -56,6 +116,13 @@ void check_inside_root(const shell::ShellData& shell, double level) {
     const Array<double>& values = shell.field.values[std::size_t(shell.lattice.depth)];
     for (int c = 0; c < 8; ++c)
         if (values[std::size_t(octree::group_point(c, c))] < level) refuse_open_level();
+}
+
+/// Only where 32-bit numbers are few for a cell.
+[[noreturn]] void refuse_folded() {
+    throw OptionError(
+        "with 32-bit numbers the surface would meet itself at this distance from the origin; write .ply, .obj "
+        "or .off, which keep doubles, or lower the depth or resolution");
 }
 
 /// The largest depth below M that f reaches at a grid point, in mesh units.
@@ -101,6 +168,17 @@ void explain_empty_inner(const shell::ShellData& shell, SurfaceReport& report) {
                                     : fmt::format("the inside is too thin for any depth up to {}", max_depth));
 }
 
+void explain_uncertified(const SurfaceOptions& options, SurfaceReport& report) {
+    const bool touches = !(report.margin > 0);
+    if (touches) report.reason = "at this level the surface is not proven to be off M";
+    if (report.components_enclosed == report.components) return;
+    report.reason +=
+        fmt::format("{}{} of {} parts of M are {} the surface{}", touches ? "; " : "",
+                    report.components - report.components_enclosed, report.components,
+                    options.side == SurfaceSide::outer ? "outside of" : "within",
+                    touches ? "" : ", being small for its cells; a larger resolution would tell them apart");
+}
+
 void explain(const shell::ShellData& shell, const SurfaceOptions& options, SurfaceReport& report) {
     if (report.empty && options.side == SurfaceSide::inner && !options.level)
         explain_empty_inner(shell, report);
@@ -113,18 +191,7 @@ void explain(const shell::ShellData& shell, const SurfaceOptions& options, Surfa
     else if (options.side == SurfaceSide::zero)
         report.reason = "a zero surface runs along M and is never certified";
     else if (!report.certified)
-        report.reason = "at this level the surface is not proven to be off M";
-}
-
-/// Fills in what is proven of f on the surface.
-void certify(const shell::ShellData& shell, const SurfaceRange& range, SurfaceReport& report) {
-    report.lowest = shell.lattice.width * range.lower;
-    report.highest = shell.lattice.width * range.upper;
-    if (report.side == SurfaceSide::zero) return;
-    const double margin = report.side == SurfaceSide::outer ? range.lower - shell.epsilon_outer
-                                                            : shell.epsilon_inner - range.upper;
-    report.margin = shell.lattice.width * margin;
-    report.certified = margin > 0;
+        explain_uncertified(options, report);
 }
 
 void measure(const shell::ShellData& shell, const Progress& progress, Surface& surface) {
@@ -137,48 +204,154 @@ void measure(const shell::ShellData& shell, const Progress& progress, Surface& s
     surface.report.seconds.measure = watch.seconds();
 }
 
-Surface extract(const shell::ShellData& shell, const SurfaceOptions& options, const Progress& progress) {
-    Parts all(progress);
-    Parts parts(all.until(options.measure ? 0.5 : 1));
-    const Stopwatch watch;
-    const std::unique_ptr<LevelSource> source = make_source(shell, options.resolution);
-    const double own = own_level(shell, options.side);
-    SurfaceFrame frame{source->grid(), options.side,
-                       options.level ? *options.level / shell.lattice.width : own};
-    std::vector<LevelCell> cells;
-    SurfaceRange near_end{0, 0};
-    const bool search = options.certify && !options.level && options.side != SurfaceSide::zero;
-    if (search) {
-        CertifiedLevel found = find_certified_level(*source, options.side, own, parts.until(0.7));
-        frame.level = found.level;
-        near_end = found.range;
-        cells = std::move(found.cells);
-    } else {
-        cells = source->cells(frame.level, frame.level, parts.until(0.4));
+/// What extraction works on, and what it has found.
+struct Extraction {
+    Extraction(const shell::ShellData& of, const SurfaceOptions& with, const Progress& progress)
+        : shell(of),
+          options(with),
+          parts(progress),
+          guard(with.max_memory),
+          source(make_source(of, with, guard)),
+          frame{source->grid(), with.side, 0} {
+        guard.check_expected(expected_cells(of, with.resolution),
+                             with.resolution > 0 ? with.resolution : double(of.lattice.scale_cells()));
     }
-    check_inside_root(shell, frame.level);
 
+    const shell::ShellData& shell;
+    const SurfaceOptions& options;
+    Parts parts;  ///< each step takes a share of what is left, as it may come again
+    MemoryGuard guard;
+    std::unique_ptr<LevelSource> source;
+    SurfaceFrame frame;
+    std::vector<LevelCell> cells;
+    Mesh mesh;
+    Enclosure enclosed;
+    SurfaceRange covered{0, 0};   ///< levels that the cells are all those of
+    SurfaceRange near_end{0, 0};  ///< of a level that was searched for, at the end that faces M
+    bool searched = false;
+};
+
+/// Whether the surface has each part of M on the right side. On the shell's own lattice that follows from the
+/// margin.
+void count_enclosed(Extraction& e, bool off_mesh) {
+    if (off_mesh && is_own_lattice(e.shell, e.options.resolution)) {
+        e.enclosed = {count_parts(e.shell.mesh), {}};
+        return;
+    }
+    const int wanted = e.options.side == SurfaceSide::outer ? 1 : 0;
+    e.enclosed = enclosure(e.shell.mesh, e.mesh, wanted, e.parts.next(0.2));
+}
+
+void make_mesh(Extraction& e) {
+    // Of each cell the list, crossing, number and index, a vertex and two triangles, which are joined.
+    const Taken taken(e.guard, e.cells.size() * (sizeof(LevelCell) + 28 + 24 + 2 * 2 * sizeof(Triangle)));
+    e.mesh = polygonise(e.frame, e.cells, e.parts.next(0.4));
+}
+
+/// The level nearest to the side's own that keeps the surface off M, has every part of M on the right side, and
+/// whose patches 32-bit numbers do not fold.
+void search(Extraction& e) {
+    constexpr double unfold = 1.0 / 64;  // finest cells
+    constexpr int attempts = 64;
+    const double own = own_level(e.shell, e.options.side);
+    e.searched = true;
+    double least_move = 0;
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+        CertifiedLevel found = e.source->certified_level(e.options.side, own, least_move, e.parts.next(0.7));
+        e.frame.level = found.level;
+        e.near_end = found.range;
+        e.covered = found.covered;
+        e.cells = std::move(found.cells);
+        check_inside_root(e.shell, e.frame.level);
+        if (e.source->grid().unit > 0 && !stars_are_embedded(e.frame, e.cells)) {
+            least_move = std::abs(e.frame.level - own) + unfold;
+            continue;
+        }
+        make_mesh(e);
+        count_enclosed(e, true);
+        double move = least_move;
+        for (const Vec3& p : e.enclosed.wrong)
+            move = std::max(move, e.source->enclosing_move(e.options.side, own, p));
+        if (!(move > least_move)) return;
+        least_move = move;
+    }
+    refuse_folded();
+}
+
+void extract_given_level(Extraction& e, double level) {
+    e.frame.level = level;
+    e.covered = {level, level};
+    e.cells = e.source->cells(level, level, e.parts.next(0.4));
+    check_inside_root(e.shell, level);
+    if (e.source->grid().unit > 0 && !stars_are_embedded(e.frame, e.cells)) refuse_folded();
+    make_mesh(e);
+}
+
+/// Bounds of f on the surface. With 32-bit numbers on the shell's own lattice they hold as far as the cells are
+/// those of all levels between them: where they reach farther, cells are collected again, with room.
+SurfaceRange range_of(Extraction& e) {
+    constexpr int attempts = 8;
+    const bool outer = e.options.side == SurfaceSide::outer;
+    const RangeEnds ends = !e.searched ? RangeEnds::both : outer ? RangeEnds::upper : RangeEnds::lower;
+    SurfaceRange range = e.source->bound(e.frame, e.cells, ends, e.parts.next(0.4));
+    const bool limited = e.source->grid().unit > 0 && is_own_lattice(e.shell, e.options.resolution);
+    const auto reaches_beyond = [&] {
+        return limited && (range.lower < e.covered.lower || range.upper > e.covered.upper);
+    };
+    for (int i = 0; reaches_beyond(); ++i) {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        if (i == attempts) return {-infinity, infinity};
+        e.covered = {2 * range.lower - e.frame.level, 2 * range.upper - e.frame.level};
+        e.cells = e.source->cells(e.covered.lower, e.covered.upper, e.parts.next(0.3));
+        range = e.source->bound(e.frame, e.cells, ends, e.parts.next(0.3));
+    }
+    if (e.searched) (outer ? range.lower = e.near_end.lower : range.upper = e.near_end.upper);
+    return range;
+}
+
+/// Fills in what is proven of f on the surface, and of its winding numbers.
+void certify(Extraction& e, SurfaceReport& report) {
+    const SurfaceRange range = range_of(e);
+    const double width = e.shell.lattice.width;
+    report.lowest = width * range.lower;
+    report.highest = width * range.upper;
+    if (report.side == SurfaceSide::zero) return;
+    const double margin = report.side == SurfaceSide::outer ? range.lower - e.shell.epsilon_outer
+                                                            : e.shell.epsilon_inner - range.upper;
+    if (!e.searched) count_enclosed(e, margin > 0);
+    report.margin = width * margin;
+    report.components = e.enclosed.components;
+    report.components_enclosed = e.enclosed.components - e.enclosed.wrong.size();
+    report.certified = margin > 0 && e.enclosed.wrong.empty();
+}
+
+std::uint64_t crossed_cells(const Extraction& e) {
+    return std::uint64_t(std::count_if(e.cells.begin(), e.cells.end(), [&](const LevelCell& cell) {
+        const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
+        return *least < e.frame.level && *most >= e.frame.level;
+    }));
+}
+
+Surface extract(const shell::ShellData& shell, const SurfaceOptions& options, const Progress& progress) {
+    const Stopwatch watch;
+    Parts all(progress);
+    check_values(shell);
+    Extraction e(shell, options, all.until(options.measure ? 0.5 : 1));
+    if (options.certify && !options.level && options.side != SurfaceSide::zero)
+        search(e);
+    else
+        extract_given_level(
+            e, options.level ? *options.level / shell.lattice.width : own_level(shell, options.side));
     Surface surface;
-    surface.mesh = polygonise(frame, cells, parts.until(0.8));
     SurfaceReport& report = surface.report;
     report.side = options.side;
-    report.level = shell.lattice.width * frame.level;
-    report.empty = surface.mesh.triangles.empty();
-    report.cell_width = source->grid().step;
-    report.cells = std::uint64_t(std::count_if(cells.begin(), cells.end(), [&](const LevelCell& cell) {
-        const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
-        return *least < frame.level && *most >= frame.level;
-    }));
-    if (options.certify && !report.empty) {
-        SurfaceRange range = source->bound(frame, cells,
-                                           !search                              ? RangeEnds::both
-                                           : options.side == SurfaceSide::outer ? RangeEnds::upper
-                                                                                : RangeEnds::lower,
-                                           parts.until(1));
-        if (search)
-            (options.side == SurfaceSide::outer ? range.lower = near_end.lower : range.upper = near_end.upper);
-        certify(shell, range, report);
-    }
+    report.level = shell.lattice.width * e.frame.level;
+    report.empty = e.mesh.triangles.empty();
+    report.cell_width = e.source->grid().step;
+    report.origin = e.source->grid().rounding.origin;
+    report.cells = crossed_cells(e);
+    if (options.certify && !report.empty) certify(e, report);
+    surface.mesh = std::move(e.mesh);
     explain(shell, options, report);
     report.seconds.extract = watch.seconds();
     if (options.measure && !report.empty) measure(shell, all.until(1), surface);

@@ -1,46 +1,45 @@
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 
 #include "base/parallel.h"
 #include "base/rounding.h"
+#include "surface/level_search.h"
 #include "surface/level_source.h"
 
 namespace its::surface {
 
-LevelSource::LevelSource(const octree::Lattice& lattice, double step, std::uint32_t cells)
-    : grid_{.origin = lattice.position({0, 0, 0}), .step = step, .cells = cells} {
-    const double ulp = 2 * unit_roundoff * lattice.reach() * lattice.width / step;  // in cells
+LevelSource::LevelSource(const octree::Lattice& lattice, double step, std::uint32_t cells,
+                         const Rounding& rounding)
+    : grid_{.origin = lattice.position({0, 0, 0}), .step = step, .cells = cells, .rounding = rounding} {
+    const double largest = lattice.reach() * lattice.width, ulp = 2 * unit_roundoff * largest / step;
     grid_.clearance = std::max(least_clearance, clearance_in_ulps * ulp);
     if (grid_.clearance > most_clearance)
         throw OptionError(
             "the mesh is too far from the origin for surfaces with cells this small; move it nearer, or lower "
             "the "
             "depth or resolution");
+    grid_.unit = rounding.unit(largest) / step;
+    if (!(grid_.unit <= most_unit))
+        throw OptionError(fmt::format(
+            "32-bit numbers are {:.3g} apart at this distance from the origin, too far for a surface "
+            "with cells of {:.3g}; write .ply, .obj or .off, which keep doubles, move the mesh "
+            "nearer, or lower the depth or resolution",
+            grid_.unit * step, step));
 }
 
 namespace {
 
 constexpr std::uint64_t cell_grain = 1024;
 
-/// How far the function can be from its linear interpolation over points of the cell, at most. In coordinates
-/// from the cell's centre f = a + linear + Σ β yz + τ xyz; over points p = Σ λᵢpᵢ the mean of yz and the
-/// product of the means of y and z differ by at most 1/4 (a covariance), those of xyz by at most 1/8 + 1/8.
-double curvature(const double* v) {
-    const double xy = (v[0] - v[1] - v[2] + v[3]) + (v[4] - v[5] - v[6] + v[7]);
-    const double xz = (v[0] - v[1] - v[4] + v[5]) + (v[2] - v[3] - v[6] + v[7]);
-    const double yz = (v[0] - v[2] - v[4] + v[6]) + (v[1] - v[3] - v[5] + v[7]);
-    const double xyz = (v[7] - v[6] - v[5] + v[4]) - (v[3] - v[2] - v[1] + v[0]);
-    return 0.25 * (0.5 * (std::abs(xy) + std::abs(xz) + std::abs(yz)) + std::abs(xyz));
-}
-
 /// Adds the surface in one cell.
 void include_cell(const SurfaceFrame& frame, const LevelCell& cell, CellSurface& surface, Hull& hull) {
     std::array<double, 8> value;
     const Crossing crossing = crossing_of(cell, frame.level, value);
     if (crossing.below == 0 || crossing.below == 0xff) return;
-    // A vertex on an edge is on the level, or no farther from it than the clearance moves it.
+    // A vertex on an edge is on the level, or no farther from it than clearance and rounding move it.
     if (!crossing.star) {
-        const double away = curvature(value.data()) + frame.grid.clearance * steepest(value.data());
+        const double away = curvature(value.data()) + frame.grid.displacement() * steepest(value.data());
         if (hull.include_if_within(frame.level - away, frame.level + away)) return;
     }
     make_cell_surface(frame, cell, surface);
@@ -54,19 +53,29 @@ void include_cell(const SurfaceFrame& frame, const LevelCell& cell, CellSurface&
     }
 }
 
-double largest_value(std::span<const LevelCell> cells) {
-    std::vector<double> parts(chunk_count(cells.size(), cell_grain), 0.0);
+/// The largest value, and the steepest slope along an edge.
+struct Extent {
+    double value = 0, slope = 0;
+};
+
+Extent extent(std::span<const LevelCell> cells) {
+    std::vector<Extent> parts(chunk_count(cells.size(), cell_grain));
     for_chunks(cells.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        for (std::uint64_t i = begin; i < end; ++i)
-            for (const double v : cells[i].value) parts[chunk] = std::max(parts[chunk], std::abs(v));
+        for (std::uint64_t i = begin; i < end; ++i) {
+            for (const double v : cells[i].value)
+                parts[chunk].value = std::max(parts[chunk].value, std::abs(v));
+            parts[chunk].slope = std::max(parts[chunk].slope, steepest(cells[i].value.data()));
+        }
     });
-    return parts.empty() ? 0.0 : *std::max_element(parts.begin(), parts.end());
+    Extent all;
+    for (const Extent& part : parts) all = {std::max(all.value, part.value), std::max(all.slope, part.slope)};
+    return all;
 }
 
 class FinestSource : public LevelSource {
 public:
-    explicit FinestSource(const shell::ShellData& shell)
-        : LevelSource(shell.lattice, shell.lattice.width, shell.lattice.cells()), shell_(shell) {}
+    FinestSource(const shell::ShellData& shell, const Rounding& rounding)
+        : LevelSource(shell.lattice, shell.lattice.width, shell.lattice.cells(), rounding), shell_(shell) {}
 
     std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
         return find_level_cells(shell_.octree, shell_.field, low, high, progress);
@@ -90,15 +99,27 @@ public:
         return {range.lower - error, range.upper + error};
     }
 
+    CertifiedLevel certified_level(SurfaceSide side, double bound, double least_move,
+                                   const Progress& progress) const override {
+        return find_certified_level(*this, shell_, side, bound, least_move, progress);
+    }
+
 private:
     /// f moves by at most the slope times the error of each local coordinate, and a slope is at most 2V;
     /// midpoints of halvings round once more each. Then the control values; and, away from the finest cells,
     /// the corner values, which are means of distances in a root cube with a diagonal below 4·2ᴷ.
+    ///
+    /// Local coordinates are those in the cell whose planes are rounded to 32 bits: each point of it is half a
+    /// unit along each axis, at most, from that with the same coordinates in the cell itself. On the three
+    /// steps between the two f changes by the steepest slope of the cells that they go through; these are among
+    /// the given cells as long as f stays between the levels that the cells were found for.
     double rounding(std::span<const LevelCell> cells) const {
         const double local = 3 * 2 * (local_roundings + Hull::max_halvings);
         const int depth = shell_.lattice.depth;
-        return unit_roundoff * ((geometry::control_roundings + local) * largest_value(cells) +
-                                value_roundings(depth) * std::ldexp(4.0, depth));
+        const Extent most = extent(cells);
+        return unit_roundoff * ((geometry::control_roundings + local) * most.value +
+                                value_roundings(depth) * std::ldexp(4.0, depth)) +
+               3 * (0.5 * grid().unit) * (1 + 8 * unit_roundoff) * most.slope;
     }
 
     const shell::ShellData& shell_;
@@ -106,8 +127,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<LevelSource> finest_source(const shell::ShellData& shell) {
-    return std::make_unique<FinestSource>(shell);
+std::unique_ptr<LevelSource> finest_source(const shell::ShellData& shell, const Rounding& rounding) {
+    return std::make_unique<FinestSource>(shell, rounding);
 }
 
 }  // namespace its::surface

@@ -1,35 +1,85 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
+#include "base/single.h"
 #include "its/base.h"
 #include "octree/lattice.h"
 
 /// Where lattice cells and the vertices on their edges are, in mesh units.
 namespace its::surface {
 
-/// A cubical lattice over the root cube. Positions are doubles that grow strictly along each axis: all that the
-/// proofs need is that a vertex on a lattice edge lies strictly between the edge's ends.
+/// The numbers that coordinates may be: doubles, 32-bit numbers, or 32-bit numbers about an origin that they
+/// are added to, of which only the multiples of `quantum` are used, so that sums are exact. Rounding to them is
+/// monotone.
+struct Rounding {
+    enum class Kind : std::uint8_t { none, single, about_origin } kind = Kind::none;
+    Vec3 origin;         ///< a multiple of the quantum on each axis
+    double quantum = 0;  ///< a power of two
+
+    double nearest(int axis, double x) const {
+        switch (kind) {
+            case Kind::single:
+                return to_single(x);
+            case Kind::about_origin:
+                return origin[axis] + std::rint((x - origin[axis]) / quantum) * quantum;
+            case Kind::none:
+                break;
+        }
+        return x;
+    }
+    /// The next such number in direction −1 or 1. Precondition: x is one, and they are not all doubles.
+    double next(double x, int direction) const {
+        if (kind == Kind::about_origin) return x + direction * quantum;
+        return double(std::nextafter(float(x), direction * std::numeric_limits<float>::infinity()));
+    }
+    /// The largest distance of neighbouring such numbers, where coordinates are at most `largest`; 0 for
+    /// doubles.
+    double unit(double largest) const {
+        if (kind == Kind::about_origin) return quantum;
+        return kind == Kind::none ? 0.0 : next(double(float(largest)), 1) - double(float(largest));
+    }
+};
+
+/// A cubical lattice over the root cube. Positions grow strictly along each axis: all that the proofs need is
+/// that a vertex on a lattice edge lies strictly between the edge's ends.
 struct Grid {
     Vec3 origin;
     double step = 0;          ///< cell width
     std::uint32_t cells = 0;  ///< per side of the root
     double clearance = 0;     ///< least distance of a vertex from the ends of its edge, in cells
+    Rounding rounding = {};   ///< of all positions
+    double unit = 0;          ///< Rounding::unit(), in cells: at most most_unit
 
-    /// Exact on the shell's own lattice, since the result is a double and so is i·step.
-    double position(int axis, std::uint32_t i) const { return origin[axis] + double(i) * step; }
+    /// Without rounding exact on the shell's own lattice, since the result is a double and so is i·step.
+    double position(int axis, std::uint32_t i) const {
+        return rounding.nearest(axis, origin[axis] + double(i) * step);
+    }
 
     double width(int axis, std::uint32_t i) const { return position(axis, i + 1) - position(axis, i); }
 
-    /// At `fraction` of the way from lattice point i to the next.
+    /// How far, in cells, a vertex on an edge may be moved along it: by the clearance, and where numbers are
+    /// rounded by a unit, which is at most 4/3 of one in a cell whose ends are rounded too.
+    double displacement() const { return clearance + 1.5 * unit; }
+
+    /// At `fraction` of the way from lattice point i to the next, and strictly between them.
     double between(int axis, std::uint32_t i, double fraction) const {
-        return position(axis, i) + fraction * width(axis, i);
+        const double from = position(axis, i), to = position(axis, i + 1);
+        const double x = from + fraction * (to - from);
+        if (rounding.kind == Rounding::Kind::none) return x;
+        return std::clamp(rounding.nearest(axis, x), rounding.next(from, 1), rounding.next(to, -1));
     }
 };
 
 /// The clearance of vertices near the origin, and in units of the last place of coordinates far from it.
 inline constexpr double least_clearance = 0x1p-10, clearance_in_ulps = 512, most_clearance = 0x1p-4;
+
+/// Of 32-bit numbers a cell must be four units wide: its ends are at least three apart, and between them there
+/// are at least two.
+inline constexpr double most_unit = 0.25;
 
 /// Where on an edge the level is, from the values at its ends minus the level, which differ in sign.
 inline double crossing_fraction(double from, double to, double clearance) {

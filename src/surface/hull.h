@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "geometry/bernstein.h"
 
@@ -79,6 +80,17 @@ inline double steepest(const double* v) {
         for (const int step : {1, 2, 4})
             if (!(c & step)) slope = std::max(slope, std::abs(v[c | step] - v[c]));
     return slope;
+}
+
+/// How far the function can be from its linear interpolation over points of the cell, at most. In coordinates
+/// from the cell's centre f = a + linear + Σ β yz + τ xyz; over points p = Σ λᵢpᵢ the mean of yz and the
+/// product of the means of y and z differ by at most 1/4 (a covariance), those of xyz by at most 1/8 + 1/8.
+inline double curvature(const double* v) {
+    const double xy = (v[0] - v[1] - v[2] + v[3]) + (v[4] - v[5] - v[6] + v[7]);
+    const double xz = (v[0] - v[1] - v[4] + v[5]) + (v[2] - v[3] - v[6] + v[7]);
+    const double yz = (v[0] - v[2] - v[4] + v[6]) + (v[1] - v[3] - v[5] + v[7]);
+    const double xyz = (v[7] - v[6] - v[5] + v[4]) - (v[3] - v[2] - v[1] + v[0]);
+    return 0.25 * (0.5 * (std::abs(xy) + std::abs(xz) + std::abs(yz)) + std::abs(xyz));
 }
 
 }  // namespace its::surface

@@ -4,23 +4,13 @@
 
 #include "base/parallel.h"
 #include "octree/neighbours.h"
+#include "surface/lattice_values.h"
 
 namespace its::surface {
 
 namespace {
 
 constexpr std::uint64_t min_tasks = 256;  // groups at the level where the work is divided
-
-/// The 27 points of a cell's children from its 8 corners: means along x, then y, then z, so that a point on a
-/// face or edge depends on that face's or edge's corners alone, in the same way for all cells that share it.
-void halve(const double* corner, double* point) {
-    for (int c = 0; c < 8; ++c) point[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)] = corner[c];
-    for (int z = 0; z <= 18; z += 18)
-        for (int y = 0; y <= 6; y += 6) point[1 + y + z] = 0.5 * (point[y + z] + point[2 + y + z]);
-    for (int z = 0; z <= 18; z += 18)
-        for (int x = 0; x < 3; ++x) point[x + 3 + z] = 0.5 * (point[x + z] + point[x + 6 + z]);
-    for (int i = 9; i < 18; ++i) point[i] = 0.5 * (point[i - 9] + point[i + 9]);
-}
 
 class Finder {
 public:
@@ -77,28 +67,16 @@ private:
                     int child, std::vector<LevelCell>& found) const {
         double corner[8];
         for (int c = 0; c < 8; ++c) corner[c] = points[octree::group_point(child, c)];
-        // Finer hats reach into a cell only from subdivided cells around it; without them f is trilinear.
-        const bool reached =
-            std::any_of(around.begin(), around.end(), [](std::uint64_t g) { return g != octree::no_group; });
+        const bool reached = is_reached(around);
         if (!reached && !crossed(corner)) return;
         double halved[octree::group_points];
         halve(corner, halved);
-        if (reached) insert_grid_values(level, around, halved);
+        if (reached) insert_grid_values(field_, level, around, halved);
         if (level == 1) return keep_crossed(at, halved, found);
         for (int c = 0; c < 8; ++c) {
             const octree::Around around_c =
                 reached ? octree::around_child(octree_.levels[level - 1], around, c) : around;
             visit_leaf(level - 1, child_of(at, c), around_c, halved, c, found);
-        }
-    }
-
-    void insert_grid_values(int level, const octree::Around& around, double* halved) const {
-        for (std::size_t n = 0; n < octree::neighbours; ++n) {
-            if (around[n] == octree::no_group) continue;
-            const double* const points = field_.values[level - 1].data() + octree::group_points * around[n];
-            const octree::SharedPoints& shared = octree::shared_points[n];
-            for (std::size_t i = 0; i < std::size_t(shared.count); ++i)
-                halved[shared.ours[i]] = points[shared.theirs[i]];
         }
     }
 

@@ -2,21 +2,23 @@
 
 #include "surface/level_source.h"
 
-/// The level of an outer or inner surface that keeps it off M.
+/// The level of an outer or inner surface that keeps it off M, by trial.
 namespace its::surface {
 
-struct CertifiedLevel {
-    double level;                  ///< in finest cell widths
-    std::vector<LevelCell> cells;  ///< all that it runs through, and some more
-    SurfaceRange range;            ///< of f on the surface, at the end that faces M
-};
+/// LevelSource::certified_level() by bounds of f: moved away from M until they are beyond `bound`, and then
+/// back by halving to level_precision.
+CertifiedLevel find_certified_level(const LevelSource& source, const shell::ShellData& shell, SurfaceSide side,
+                                    double bound, double least_move, const Progress& progress);
 
-/// The level nearest to `bound` (of f on M; outer: ε₂, inner: ε₁) that is found whose surface has f beyond the
-/// bound everywhere: moved away from M until that is so, and then back by halving to level_precision. \throws
-/// OptionError if the surface leaves the root cube before
-CertifiedLevel find_certified_level(const LevelSource& source, SurfaceSide side, double bound,
-                                    const Progress& progress);
+/// No level of an outer surface beyond this one is closed in the root cube, whose corners are the farthest from
+/// M; of an inner one, with the opposite sign, there is nothing beyond.
+double most_level(const shell::ShellData& shell, SurfaceSide side);
 
 inline constexpr double level_precision = 0x1p-7;  // finest cell widths
+
+/// Values of f in a root cube, in finest cell widths: below its diagonal, with room for roundings.
+inline double largest_possible_value(const octree::Lattice& lattice) {
+    return 2.0 * lattice.cells();
+}
 
 }  // namespace its::surface

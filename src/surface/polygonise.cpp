@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
-#include <stdexcept>
 #include <vector>
 
 #include "base/parallel.h"
@@ -14,6 +13,11 @@ namespace its::surface {
 namespace {
 
 constexpr std::uint64_t cell_grain = 1024;
+
+/// Cells that share a lattice point have the same value there, unless the shell is not what build() made.
+[[noreturn]] void refuse_damaged() {
+    throw InputError("damaged shell: the values of a grid point differ between the cells around it");
+}
 
 /// Position of each cell in the list: open addressing, at most half full.
 class CellIndex {
@@ -33,7 +37,7 @@ public:
     std::uint32_t find(const octree::Cell& at) const {
         std::uint64_t slot = first_slot(at);
         while (slots_[slot] != empty && cells_[slots_[slot]].at != at) slot = next(slot);
-        if (slots_[slot] == empty) throw std::logic_error("a level set cell is missing");
+        if (slots_[slot] == empty) refuse_damaged();
         return slots_[slot];
     }
 
@@ -149,6 +153,7 @@ private:
             owner =
                 index_.find({at[0] + (start & 1), at[1] + (start >> 1 & 1), at[2] + std::uint32_t(start >> 2)});
         }
+        if (!numbering_.crossing[owner].crossed(edge / 4 * 4)) refuse_damaged();
         return numbering_.first[owner] + rank_of(numbering_.crossing[owner], edge / 4 * 4);
     }
 
@@ -163,6 +168,16 @@ private:
 void refuse_open_level() {
     throw OptionError(
         "the level set leaves the shell's root cube; choose a level nearer to 0 or a larger depth");
+}
+
+bool stars_are_embedded(const SurfaceFrame& frame, std::span<const LevelCell> cells) {
+    std::vector<std::uint8_t> good(chunk_count(cells.size(), cell_grain), 1);
+    for_chunks(cells.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        std::array<double, 8> value;
+        for (std::uint64_t i = begin; i < end && good[chunk]; ++i)
+            if (crossing_of(cells[i], frame.level, value).star) good[chunk] = star_is_embedded(frame, cells[i]);
+    });
+    return std::find(good.begin(), good.end(), 0) == good.end();
 }
 
 Mesh polygonise(const SurfaceFrame& frame, std::span<const LevelCell> cells, const Progress& progress) {

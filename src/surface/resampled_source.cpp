@@ -7,21 +7,18 @@
 #include "base/rounding.h"
 #include "geometry/clip.h"
 #include "geometry/vec3.h"
+#include "surface/cell_pieces.h"
+#include "surface/coarse_cells.h"
+#include "surface/level_search.h"
 #include "surface/level_source.h"
+#include "surface/memory_guard.h"
 #include "surface/polygonise.h"
 
 namespace its::surface {
 
 namespace {
 
-constexpr std::uint64_t cell_grain = 1024, triangle_grain = 256;
-
-std::uint64_t key_of(const octree::Cell& at) {
-    return at[0] | std::uint64_t{at[1]} << 21 | std::uint64_t{at[2]} << 42;
-}
-octree::Cell cell_of(std::uint64_t key) {
-    return {std::uint32_t(key & 0x1fffff), std::uint32_t(key >> 21 & 0x1fffff), std::uint32_t(key >> 42)};
-}
+constexpr std::uint64_t cell_grain = 1024, fine_grain = 8;
 
 /// Cells of a lattice whose cells are `ratio` finest cells wide, as index ranges [low, high].
 struct CellRange {
@@ -167,22 +164,35 @@ private:
     double clipping_, margin_;
 };
 
+/// Levels for which some point of a cell's triangles may be on M's side of the bound, with the sign of the
+/// direction away from M: from `low`, where the level enters the cell, to `high`.
+struct Blocked {
+    double low, high;
+};
+
 class ResampledSource : public LevelSource {
 public:
-    ResampledSource(const shell::ShellData& shell, int resolution)
+    ResampledSource(const shell::ShellData& shell, int resolution, const Rounding& rounding, MemoryGuard& guard)
         : LevelSource(shell.lattice, shell.lattice.scale() / resolution,
-                      std::uint32_t(resolution) << (1 + shell.lattice.room)),
+                      std::uint32_t(resolution) << (1 + shell.lattice.room), rounding),
           shell_(shell),
-          ratio_(double(shell.lattice.scale_cells()) / resolution) {}
+          ratio_(double(shell.lattice.scale_cells()) / resolution),
+          guard_(guard),
+          pieces_(shell, grid()),
+          bounder_(shell) {
+        if (ratio_ > 1) coarse_.emplace(shell.octree, shell.field, ratio_, grid().cells);
+    }
 
     std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
         Parts parts(progress);
-        std::vector<std::uint64_t> keys = candidates(low, high, parts.until(0.4));
+        std::vector<std::uint64_t> keys =
+            coarse_ ? coarse_->find(low, high) : candidates(low, high, parts.until(0.4));
         std::vector<LevelCell> all;
         // A level that a rounded value meets on one side only would leave a gap: cells beyond a crossed face
         // that are not candidates join, until there are none.
         for (std::vector<std::uint64_t> fresh = keys; !fresh.empty();) {
             const std::vector<LevelCell> found = evaluate(fresh, low, high, parts.next(0.8));
+            const Taken taken(guard_, sizeof(LevelCell) * (all.size() + found.size()) + 16 * keys.size());
             all.insert(all.end(), found.begin(), found.end());
             fresh = missing_neighbours(found, keys, low, high);
             const auto middle = std::ptrdiff_t(keys.size());
@@ -192,26 +202,18 @@ public:
         return all;
     }
 
+    /// Most cells are bounded by how far f is from their trilinear function; the rest by their triangles, those
+    /// that may be worst first.
     SurfaceRange bound(const SurfaceFrame& frame, std::span<const LevelCell> cells, RangeEnds ends,
                        const Progress& progress) const override {
-        Parts phases(progress);
-        const Mesh mesh = polygonise(frame, cells, phases.until(0.3));
-        Stage stage(phases.until(1), "surface bounds", mesh.triangles.size());
-        const std::uint64_t chunks = chunk_count(mesh.triangles.size(), triangle_grain);
+        Stage stage(progress, "surface bounds", cells.size());
+        const std::uint64_t chunks = chunk_count(cells.size(), cell_grain);
         std::vector<Hull> parts(chunks, Hull(frame.level, ends));
         std::vector<double> errors(chunks, 0.0);
-        const TriangleBounder bounder(shell_);
-        for_chunks(mesh.triangles.size(), triangle_grain,
-                   [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-                       for (std::uint64_t i = begin; i < end; ++i) {
-                           const Triangle& t = mesh.triangles[i];
-                           const auto corner = [&](int k) {
-                               return shell_.lattice.to_lattice(mesh.vertices[t[std::size_t(k)]]);
-                           };
-                           bounder.include(corner(0), corner(1), corner(2), parts[chunk], errors[chunk]);
-                       }
-                       stage.advance(end - begin);
-                   });
+        for_chunks(cells.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            bound_cells(frame, cells.subspan(begin, end - begin), parts[chunk], errors[chunk]);
+            stage.advance(end - begin);
+        });
         SurfaceRange range{frame.level, frame.level};
         double error = 0;
         for (std::uint64_t chunk = 0; chunk < chunks; ++chunk) {
@@ -222,15 +224,173 @@ public:
         return {range.lower - error, range.upper + error};
     }
 
+    /// No search: each cell says which levels it cannot have, docs/design/surface.md.
+    CertifiedLevel certified_level(SurfaceSide side, double bound, double least_move,
+                                   const Progress& progress) const override {
+        Parts parts(progress);
+        const int away = side == SurfaceSide::outer ? 1 : -1;
+        const double from = away * bound, most = most_level(shell_, side);
+        double level = from + std::max(least_move, surface_gap);
+        for (double reach = std::max(first_reach * ratio_, level - from);; reach *= 2) {
+            const double far = from + reach;
+            const SurfaceRange levels{std::min(away * from, away * far), std::max(away * from, away * far)};
+            CertifiedLevel found{0, cells(levels.lower, levels.upper, parts.next(0.4)), levels, {}};
+            const std::vector<Blocked> blocked =
+                blocked_levels(found.cells, from + 2 * surface_gap, away, parts.next(0.4));
+            while (level <= far) {
+                level = first_free(blocked, level);
+                if (!(level <= most)) refuse_open_level();
+                if (level > far) break;
+                const SurfaceFrame frame{grid(), side, away * level};
+                if (stars_are_beyond(frame, found.cells, bound)) {
+                    found.level = frame.level;
+                    found.range = this->bound(frame, found.cells,
+                                              side == SurfaceSide::outer ? RangeEnds::lower : RangeEnds::upper,
+                                              parts.next(0.4));
+                    return found;
+                }
+                level += ratio_ / 32;
+            }
+        }
+    }
+
+    double enclosing_move(SurfaceSide side, double bound, const Vec3& p) const override {
+        octree::Cell at;
+        for (int axis = 0; axis < 3; ++axis) {
+            auto& i = at[std::size_t(axis)];
+            i = std::uint32_t(
+                std::clamp((p[axis] - grid().origin[axis]) / grid().step, 0.0, grid().cells - 1.0));
+            while (i > 0 && grid().position(axis, i) > p[axis]) --i;
+            while (i + 1 < grid().cells && grid().position(axis, i + 1) < p[axis]) ++i;
+        }
+        const int away = side == SurfaceSide::outer ? 1 : -1;
+        double move = 0;
+        for (std::uint32_t c = 0; c < 8; ++c)
+            move = std::max(move,
+                            away * (value({at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)}) - bound));
+        return move + surface_gap;
+    }
+
 private:
+    static constexpr double first_reach = 0.75;  // cells of this lattice
+
+    std::vector<Blocked> blocked_levels(std::span<const LevelCell> cells, double bound, int away,
+                                        const Progress& progress) const {
+        Stage stage(progress, "surface levels", cells.size());
+        std::vector<Blocked> all(cells.size());
+        for_chunks(cells.size(), cell_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+            for (std::uint64_t i = begin; i < end; ++i) {
+                const LevelCell& cell = cells[i];
+                double low = away * cell.value[0], high = low;
+                for (const double v : cell.value) {
+                    low = std::min(low, away * v);
+                    high = std::max(high, away * v);
+                }
+                // Triangles are where g ≥ level − bend(cell).
+                const double reach = pieces_.reach(cell, bound, away) + bend(cell);
+                all[i] = {low, std::min(high, reach)};
+            }
+            stage.advance(end - begin);
+        });
+        std::sort(all.begin(), all.end(), [](const Blocked& a, const Blocked& b) { return a.low < b.low; });
+        return all;
+    }
+
+    /// The least level from `level` on that no cell blocks.
+    static double first_free(const std::vector<Blocked>& blocked, double level) {
+        for (const Blocked& b : blocked) {
+            if (b.low > level) break;
+            if (b.high >= level) level = b.high + surface_gap;
+        }
+        return level;
+    }
+
+    /// How far g on the cell's triangles, if it is no star, may be from the level.
+    double bend(const LevelCell& cell) const {
+        double largest = 0;
+        for (const double v : cell.value) largest = std::max(largest, std::abs(v));
+        const double slope = steepest(cell.value.data());
+        // Differences of values, and local coordinates of vertices, which err by local_roundings·u.
+        const double error =
+            unit_roundoff * (geometry::control_roundings * largest + 3 * local_roundings * slope);
+        return curvature(cell.value.data()) + grid().displacement() * slope + error;
+    }
+
+    bool stars_are_beyond(const SurfaceFrame& frame, std::span<const LevelCell> cells, double bound) const {
+        std::vector<std::uint8_t> beyond(chunk_count(cells.size(), cell_grain), 1);
+        const bool outer = frame.side == SurfaceSide::outer;
+        for_chunks(cells.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            std::array<double, 8> value;
+            for (std::uint64_t i = begin; i < end && beyond[chunk]; ++i) {
+                if (!crossing_of(cells[i], frame.level, value).star) continue;
+                Hull hull(frame.level, outer ? RangeEnds::lower : RangeEnds::upper);
+                double error = 0;
+                include_triangles(frame, cells[i], hull, error);
+                beyond[chunk] = outer ? hull.range().lower - error > bound : hull.range().upper + error < bound;
+            }
+        });
+        return std::find(beyond.begin(), beyond.end(), 0) == beyond.end();
+    }
+
+    void include_triangles(const SurfaceFrame& frame, const LevelCell& cell, Hull& hull, double& error) const {
+        CellSurface surface;
+        make_cell_surface(frame, cell, surface);
+        std::array<Vec3, patch_vertices> at;
+        for (int v = 0; v < patch_vertices; ++v)
+            if (surface.crossing.has(v))
+                at[std::size_t(v)] = shell_.lattice.to_lattice(
+                    vertex_position(frame.grid, cell.at, surface.value, surface.crossing, frame.side, v));
+        for (int t = 0; t < surface.patch.size; ++t) {
+            const auto& c = surface.patch.triangle[std::size_t(t)];
+            bounder_.include(at[c[0]], at[c[1]], at[c[2]], hull, error);
+        }
+    }
+
+    /// A cell that the level runs through, and bounds of f on its triangles that cost little.
+    struct Quick {
+        std::uint32_t cell;
+        bool star;
+        double lower, upper;
+    };
+
+    void bound_cells(const SurfaceFrame& frame, std::span<const LevelCell> cells, Hull& hull,
+                     double& error) const {
+        std::vector<Quick> quick;
+        std::array<double, 8> value;
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            const Crossing crossing = crossing_of(cells[i], frame.level, value);
+            if (crossing.below == 0 || crossing.below == 0xff) continue;
+            const double away = bend(cells[i]), infinity = std::numeric_limits<double>::infinity();
+            Quick q{std::uint32_t(i), crossing.star, -infinity, infinity};
+            if (!q.star) {
+                const auto [below, above] =
+                    pieces_.difference(cells[i], frame.level - away, frame.level + away);
+                q.lower = frame.level - away + below;
+                q.upper = frame.level + away + above;
+            }
+            quick.push_back(q);
+        }
+        const auto badness = [&](const Quick& q) {
+            return std::max(frame.level - q.lower, q.upper - frame.level);
+        };
+        std::stable_sort(quick.begin(), quick.end(),
+                         [&](const Quick& a, const Quick& b) { return badness(a) > badness(b); });
+        for (const Quick& q : quick)
+            if (q.star || !hull.include_if_within(q.lower, q.upper))
+                include_triangles(frame, cells[q.cell], hull, error);
+    }
+
     /// Every edge on which f passes a level goes through a finest cell that the level runs through.
     std::vector<std::uint64_t> candidates(double low, double high, const Progress& progress) const {
         const std::vector<LevelCell> finest =
             find_level_cells(shell_.octree, shell_.field, low, high, progress);
-        std::vector<std::vector<std::uint64_t>> parts(chunk_count(finest.size(), cell_grain));
-        for_chunks(finest.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        // A finest cell may have many: few at a time, so that they can be counted in time.
+        Taken taken(guard_, sizeof(LevelCell) * finest.size());
+        std::vector<std::vector<std::uint64_t>> parts(chunk_count(finest.size(), fine_grain));
+        for_chunks(finest.size(), fine_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
             for (std::uint64_t i = begin; i < end; ++i)
                 Overlap(finest[i], ratio_, grid().cells, low, high, parts[chunk]);
+            taken.add(2 * sizeof(std::uint64_t) * parts[chunk].size());  // and once more when they are joined
         });
         std::vector<std::uint64_t> keys;
         for (const auto& part : parts) keys.insert(keys.end(), part.begin(), part.end());
@@ -252,6 +412,7 @@ private:
     std::vector<LevelCell> evaluate(const std::vector<std::uint64_t>& keys, double low, double high,
                                     const Progress& progress) const {
         Stage stage(progress, "surface values", keys.size());
+        Taken taken(guard_, 0);
         std::vector<std::vector<LevelCell>> parts(chunk_count(keys.size(), cell_grain));
         for_chunks(keys.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
             for (std::uint64_t i = begin; i < end; ++i) {
@@ -262,8 +423,10 @@ private:
                 const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
                 if (*least < high && *most >= low) parts[chunk].push_back(cell);
             }
+            taken.add(sizeof(LevelCell) * parts[chunk].size());
             stage.advance(end - begin);
         });
+        taken.add(sizeof(LevelCell) * (taken.bytes() / sizeof(LevelCell)));
         std::vector<LevelCell> cells;
         for (const auto& part : parts) cells.insert(cells.end(), part.begin(), part.end());
         return cells;
@@ -296,12 +459,17 @@ private:
 
     const shell::ShellData& shell_;
     double ratio_;  // width of a cell in finest cells
+    MemoryGuard& guard_;
+    CellPieces pieces_;
+    TriangleBounder bounder_;
+    std::optional<CoarseCells> coarse_;
 };
 
 }  // namespace
 
-std::unique_ptr<LevelSource> resampled_source(const shell::ShellData& shell, int resolution) {
-    return std::make_unique<ResampledSource>(shell, resolution);
+std::unique_ptr<LevelSource> resampled_source(const shell::ShellData& shell, int resolution,
+                                              const Rounding& rounding, MemoryGuard& guard) {
+    return std::make_unique<ResampledSource>(shell, resolution, rounding, guard);
 }
 
 }  // namespace its::surface
