@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -18,6 +17,7 @@
 
 #include "its/distance.h"
 #include "its/mesh_file.h"
+#include "its/stopwatch.h"
 #include "main.h"
 #include "peer_closest_point.h"
 
@@ -91,9 +91,9 @@ struct Tool {
 };
 
 double seconds_of(const std::function<void()>& work) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return watch.seconds();
 }
 
 std::vector<Tool> make_tools(const Mesh& mesh) {

@@ -4,37 +4,31 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 
 #include "its/query.h"
 #include "its/shell_file.h"
+#include "its/stopwatch.h"
 #include "main.h"
 
 namespace its::bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double milliseconds(Clock::time_point from, Clock::time_point to) {
-    return std::chrono::duration<double, std::milli>(to - from).count();
-}
-
 void measure(const char* name, const std::filesystem::path& path, const LoadOptions& options) {
-    const auto begin = Clock::now();
+    const Stopwatch watch;
     const ThinShell shell = load(path, options);
-    const auto loaded = Clock::now();
+    const double loaded = watch.seconds();
     const Query query(shell);
-    const auto ready = Clock::now();
+    const double ready = watch.seconds();
     const Box& root = shell.info().root;
     const Vec3 centre = {(root.min.x + root.max.x) / 2, (root.min.y + root.max.y) / 2,
                          (root.min.z + root.max.z) / 2};
     const Side side = query.classify(centre);
-    const auto answered = Clock::now();
-    fmt::print("{:<22}{:>10.2f}{:>10.2f}{:>12.4f}   {}\n", name, milliseconds(begin, loaded),
-               milliseconds(loaded, ready), milliseconds(ready, answered), int(side));
+    const double answered = watch.seconds();
+    fmt::print("{:<22}{:>10.2f}{:>10.2f}{:>12.4f}   {}\n", name, 1e3 * loaded, 1e3 * (ready - loaded),
+               1e3 * (answered - ready), int(side));
 }
 
 int run(int argc, char** argv) {

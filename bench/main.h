@@ -10,10 +10,10 @@
 
 #include "its/base.h"
 
-/// What the main() of every benchmark does.
+/// What the main() of every benchmark and tool does.
 namespace its::bench {
 
-/// An option that no benchmark knows. \throws OptionError
+/// An option that the program does not know. \throws OptionError
 [[noreturn]] inline void refuse(std::string_view option) {
     throw OptionError(fmt::format("'{}' is no option; see --help", option));
 }

@@ -1,5 +1,7 @@
 #include "peer_simplify.h"
 
+#include "its/stopwatch.h"
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
@@ -14,7 +16,6 @@
 #include <meshoptimizer.h>
 #endif
 
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -55,9 +56,9 @@ Mesh from_cgal(const Surface& surface) {
 
 template <class F>
 double seconds_of(F&& fn) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     fn();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return watch.seconds();
 }
 
 // CGAL stops at a number of edges; a closed mesh of F triangles has 1.5 F.

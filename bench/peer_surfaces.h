@@ -1,10 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 
 #include "its/mesh.h"
+#include "its/stopwatch.h"
 
 /// Other ways to wrap a mesh, each with one thread unless said.
 namespace its::bench {
@@ -22,13 +22,10 @@ struct Seconds {
 /// Since construction.
 class Timer {
 public:
-    Seconds seconds() const {
-        return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
-                double(std::clock() - processor_) / CLOCKS_PER_SEC};
-    }
+    Seconds seconds() const { return {watch_.seconds(), double(std::clock() - processor_) / CLOCKS_PER_SEC}; }
 
 private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    Stopwatch watch_;
     std::clock_t processor_ = std::clock();
 };
 

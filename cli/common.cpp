@@ -7,6 +7,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <span>
 #include <system_error>
 
@@ -18,6 +19,30 @@
 namespace its::cli {
 
 namespace fs = std::filesystem;
+
+OptionError missing_part(const std::string& what, const std::string& part, const std::string& option) {
+    return OptionError(fmt::format(
+        "{}: this program was built without {}; build it with -DITS_{}=ON, which says what that needs", what,
+        part, option));
+}
+
+namespace {
+
+std::map<const CLI::Option*, std::vector<std::string>>& all_choices() {
+    static std::map<const CLI::Option*, std::vector<std::string>> choices;
+    return choices;
+}
+
+}  // namespace
+
+std::vector<std::string> choices_of(const CLI::Option& option) {
+    const auto found = all_choices().find(&option);
+    return found == all_choices().end() ? std::vector<std::string>{} : found->second;
+}
+
+void remember_choices(const CLI::Option& option, std::vector<std::string> names) {
+    all_choices()[&option] = std::move(names);
+}
 
 void CommonOptions::declare(CLI::App& app, const std::string& example) {
     app.add_flag("--json", json, "Print one JSON object on standard output instead of the report");

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -13,6 +12,7 @@
 #include "its/mesh.h"
 #include "its/mesh_file.h"
 #include "its/shell_file.h"
+#include "its/stopwatch.h"
 
 /// What all commands share: options, reading with warnings, errors that name a file, progress, interruption.
 namespace its::cli {
@@ -36,6 +36,9 @@ Action add_verify(CLI::App& app);
 Action add_view(CLI::App& app);
 
 class ProgressBar;
+
+/// The error of what this program was built without: "WHAT: this program was built without PART; …".
+OptionError missing_part(const std::string& what, const std::string& part, const std::string& option);
 
 /// Options that every command has.
 struct CommonOptions {
@@ -70,12 +73,21 @@ Choices<Value> choices_of(std::initializer_list<Value> values) {
     return choices;
 }
 
+/// The values that an option of add_choice() has; of another option, none.
+std::vector<std::string> choices_of(const CLI::Option& option);
+/// Tells choices_of() of an option.
+void remember_choices(const CLI::Option& option, std::vector<std::string> names);
+
 /// A named choice such as --sign, without distinction of case.
 template <class Value>
 CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<Value>& choices, Value& value,
                         const std::string& description) {
     std::string names;
-    for (const auto& choice : choices) names += (names.empty() ? "" : ", ") + choice.first;
+    std::vector<std::string> list;
+    for (const auto& choice : choices) {
+        names += (names.empty() ? "" : ", ") + choice.first;
+        list.push_back(choice.first);
+    }
     const auto choose = [option, choices, names, &value](const std::string& text) {
         for (const auto& choice : choices) {
             if (choice.first != CLI::detail::to_lower(text)) continue;
@@ -84,7 +96,9 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<
         }
         throw CLI::ValidationError(option, "'" + text + "' is none of " + names);
     };
-    return app.add_option_function<std::string>(option, choose, description + ": " + names);
+    CLI::Option* const added = app.add_option_function<std::string>(option, choose, description + ": " + names);
+    remember_choices(*added, std::move(list));
+    return added;
 }
 
 /// A vector or point given as x,y,z. \throws CLI::ValidationError naming `option`.
@@ -150,17 +164,6 @@ public:
 
 private:
     bool enabled_, drawn_ = false;
-};
-
-/// Seconds since construction.
-class Stopwatch {
-public:
-    double seconds() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace its::cli

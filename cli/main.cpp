@@ -12,6 +12,7 @@
 
 #include "common.h"
 #include "its/version.h"
+#include "manual.h"
 #include "report.h"
 
 namespace {
@@ -23,6 +24,26 @@ struct Command {
     const char* summary;
     Action (*add)(CLI::App&);
 };
+
+#if !defined ITS_PICTURE || !defined ITS_PAGE
+/// In place of a command whose part this program was built without: takes any words and says so.
+Action add_missing(CLI::App& app, const std::string& part, const std::string& option) {
+    app.set_help_flag();
+    app.allow_extras();
+    return [command = app.get_name(), part, option]() -> int { throw missing_part(command, part, option); };
+}
+#endif
+#ifndef ITS_PICTURE
+Action add_missing_picture(CLI::App& app) {
+    return add_missing(app, "pictures", "PICTURE");
+}
+constexpr auto add_render = add_missing_picture, add_slice = add_missing_picture;
+#endif
+#ifndef ITS_PAGE
+Action add_view(CLI::App& app) {
+    return add_missing(app, "pages", "PAGE");
+}
+#endif
 
 constexpr Command commands[] = {
     {"build", "Build the implicit thin shell of a mesh", add_build},
@@ -97,6 +118,7 @@ int parse_and_run(int argc, char** argv) {
         CLI::App* const sub = app.add_subcommand(command.name, command.summary);
         runs.emplace_back(sub, command.add(*sub));
     }
+    const Action run_manual = add_manual(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -104,7 +126,7 @@ int parse_and_run(int argc, char** argv) {
     }
     for (const auto& [sub, run] : runs)
         if (sub->parsed()) return run();
-    return bad_input;
+    return run_manual();
 }
 
 /// What was printed may still fail to arrive, on a full disk for instance.

@@ -9,7 +9,9 @@
 #include "its/mesh_file.h"
 #include "its/shell_file.h"
 #include "its/surface.h"
+#ifdef ITS_VDB
 #include "its/vdb.h"
+#endif
 #include "report.h"
 #include "up.h"
 
@@ -137,6 +139,16 @@ void add_rows(Table& table, const Written& written, double scale) {
     table.row("  wrote", written.file);
 }
 
+#ifdef ITS_VDB
+constexpr bool has_vdb = true;
+#else
+constexpr bool has_vdb = false;
+struct VdbOptions {
+    Run run;
+};
+void write_vdb(const ThinShell&, const fs::path&, const VdbOptions&) {}
+#endif
+
 int write_field(const Options& options, const ThinShell& shell) {
     if (options.side_given || options.surface.level || options.surface.resolution != 0)
         throw OptionError(".vdb has the function f itself: --side, --level and --resolution do not apply");
@@ -188,9 +200,8 @@ int run(const Options& options) {
     check_output(options.output, options.shell);
     check_extension(options.output);
     options.up.check(options.output);
-    if (lower_extension(options.output) == ".vdb" && !has_vdb())
-        throw OptionError(
-            fmt::format("cannot write '{}': this program was built without OpenVDB", options.output));
+    if (lower_extension(options.output) == ".vdb" && !has_vdb)
+        throw missing_part(fmt::format("cannot write '{}'", options.output), "OpenVDB", "VDB");
     const ThinShell shell = load_shell(options.shell, options.common);
     stop_if_interrupted();
     if (lower_extension(options.output) == ".vdb") return write_field(options, shell);

@@ -1,4 +1,5 @@
 # How all our targets are compiled. Same bits on every machine: no contraction into fused multiply-adds.
+# A library's calls of its own public functions stay within it, and may be inlined.
 # No floating-point traps and no errno from sqrt: both let the compiler vectorise selections.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -9,6 +10,7 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 add_library(its_compile INTERFACE)
 target_compile_options(its_compile INTERFACE
+  -fno-semantic-interposition
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-unknown-pragmas
   -ffp-contract=off -fno-trapping-math -fno-math-errno
   $<$<CONFIG:Release>:-O3>)
@@ -31,6 +33,11 @@ if(ITS_SANITIZE)
 endif()
 
 find_program(ITS_CCACHE ccache)
-if(ITS_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${ITS_CCACHE})
+if(ITS_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  # Without this sloppiness, ccache takes nothing that was compiled with a precompiled header from its cache; with this
+  # base, what one build folder compiled serves the others, build and build-shared for instance.
+  set(CMAKE_CXX_COMPILER_LAUNCHER
+      env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+      CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} ${ITS_CCACHE})
 endif()
+include(ItsPrecompile)

@@ -34,14 +34,20 @@ step build/its check "$mesh"
 step build/its build "$mesh" -o "$shell" --depth "$depth"
 step build/its info "$shell"
 step build/its verify "$shell" "$mesh"
-step build/its slice "$shell" -o "out/$name.png" --cells
-
-step build/its render "$shell" -o "out/$name-render.png"
-step build/its view "$shell" -o "out/$name.html"
+has() { build/its "$1" --help >/dev/null; }  # a program that was built without pictures or pages says so
+made=()
+if has slice; then
+    step build/its slice "$shell" -o "out/$name.png" --cells
+    step build/its render "$shell" -o "out/$name-render.png"
+    made+=("A slice      out/$name.png          (f in colour, its zero, ε₁ and ε₂ as lines, the mesh in black)"
+           "A picture    out/$name-render.png   (mesh, inner and outer surface, and all three cut open)")
+fi
+if has view; then
+    step build/its view "$shell" -o "out/$name.html"
+    made+=("A page       out/$name.html         (the same in three dimensions; open it in a browser)")
+fi
 
 echo
 echo "The model    $mesh"
 echo "Its shell    $shell"
-echo "A slice      out/$name.png          (f in colour, its zero, ε₁ and ε₂ as lines, the mesh in black)"
-echo "A picture    out/$name-render.png   (mesh, inner and outer surface, and all three cut open)"
-echo "A page       out/$name.html         (the same in three dimensions; open it in a browser)"
+printf '%s\n' "${made[@]}"

@@ -6,8 +6,10 @@
 #include <string>
 #include <string_view>
 
+#include "its/export.h"
+
 /// Points, boxes, errors and progress: what every header needs. In all of them M is the surface of a mesh.
-namespace its {
+namespace ITS_API its {
 
 /// A point or vector; in mesh units unless said otherwise. Axes are 0 x, 1 y, 2 z.
 struct Vec3 {

@@ -11,7 +11,7 @@
 #include "its/mesh.h"
 
 /// Exact closest points of a mesh, sides by them, and measured distances between meshes; without any shell.
-namespace its {
+namespace ITS_API its {
 
 /// The point of M nearest to a query point.
 struct ClosestPoint {

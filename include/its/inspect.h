@@ -9,7 +9,7 @@
 #include "its/mesh.h"
 
 /// What is right and wrong with a mesh, and what its inside can mean.
-namespace its {
+namespace ITS_API its {
 
 /// How the inside of a mesh is defined.
 enum class SignRule : std::uint8_t {

@@ -4,8 +4,10 @@
 #include <optional>
 #include <string>
 
+#include "its/export.h"
+
 /// How much memory may be taken.
-namespace its {
+namespace ITS_API its {
 
 /// Bytes of memory that can be taken now without swapping, within all limits that are set for the process (the
 /// system, control groups, ulimit); nothing if none is known.

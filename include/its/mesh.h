@@ -11,7 +11,7 @@
 #include "its/base.h"
 
 /// Triangle meshes and their attributes.
-namespace its {
+namespace ITS_API its {
 
 /// Which axis of the coordinates points upwards, as far as a file's format says so.
 enum class UpAxis : std::uint8_t { unknown, x, y, z };

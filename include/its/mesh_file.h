@@ -9,7 +9,7 @@
 #include "its/mesh.h"
 
 /// Files of meshes: reading and writing.
-namespace its {
+namespace ITS_API its {
 
 /// A mesh read from a file, with one line for each thing that was left out or mended on the way.
 struct MeshFile {

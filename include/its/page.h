@@ -6,8 +6,9 @@
 
 #include "its/shell.h"
 
-/// A page for a browser that shows a shell in three dimensions.
-namespace its {
+/// A page for a browser that shows a shell in three dimensions. In the library its::page, which needs npm to
+/// build.
+namespace ITS_API its {
 
 struct ViewOptions {
     std::string title = "Implicit thin shell";  ///< UTF-8
@@ -23,12 +24,8 @@ struct ViewOptions {
     Run run = {};
 };
 
-/// Whether the library was built with the page: it needs npm at build time.
-bool has_view();
-
 /// The page: one HTML text that loads nothing else. It has the mesh and the surfaces, rounded to 2⁻¹⁹ of s, f
-/// on a grid of samples, and the numbers of the build. \throws OptionError, MemoryError, Cancelled; Error if
-/// !has_view().
+/// on a grid of samples, and the numbers of the build. \throws OptionError, MemoryError, Cancelled.
 std::string view_page(const ThinShell& shell, const ViewOptions& options = {});
 
 /// Writes view_page() to a temporary name that is then renamed. \throws as view_page(), FileError.

@@ -8,7 +8,7 @@
 #include "its/shell.h"
 
 /// Pictures of a shell.
-namespace its {
+namespace ITS_API its {
 
 struct SliceOptions {
     int axis = 2;  ///< 0 x, 1 y, 2 z: the normal of the plane, unless `normal` is given

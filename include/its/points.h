@@ -9,7 +9,7 @@
 #include "its/base.h"
 
 /// Files of points, and of what was found at points.
-namespace its {
+namespace ITS_API its {
 
 /// Reads points, by extension.
 ///

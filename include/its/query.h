@@ -12,7 +12,7 @@
 
 /// Questions to a shell, one point or millions: inside or outside (exact, or from the shell alone), f, its
 /// gradient, bounds of the true distance. Points and lengths are in mesh units.
-namespace its {
+namespace ITS_API its {
 
 /// Where a point is by f alone: f < ε₁, ε₁ ≤ f ≤ ε₂, f > ε₂.
 enum class ShellSide : std::int8_t { inside = -1, on_shell = 0, outside = 1 };

@@ -14,7 +14,7 @@
 
 /// The implicit thin shell of a mesh: a function f and two numbers with ε₁ ≤ f ≤ ε₂ on all of M.
 /// Wen et al., "ITS: Implicit Thin Shell for Polygonal Meshes", arXiv 2411.01488.
-namespace its {
+namespace ITS_API its {
 
 enum class Extrema : std::uint8_t {
     certified,   ///< Bernstein–Bézier bounds with branch and bound: proven for the floating-point code
@@ -28,7 +28,7 @@ std::optional<Extrema> parse_extrema(std::string_view name);
 
 enum class Solver : std::uint8_t {
     direct,  ///< hierarchical coefficients, one pass, satisfies every equation
-    lscg,    ///< the paper's least-squares conjugate gradients (Eigen); slow, for comparison
+    lscg,    ///< the paper's least-squares conjugate gradients; slow, for comparison; needs a build with Eigen
 };
 
 /// "direct", "lscg".

@@ -11,7 +11,7 @@
 #include "its/shell.h"
 
 /// The .its file: a built shell with everything that queries need.
-namespace its {
+namespace ITS_API its {
 
 /// Writes the shell to a temporary name beside `path`, then renames it: an existing file is replaced only by
 /// a complete one. The same shell gives the same bytes; docs/design/file-format.md specifies them.

@@ -10,7 +10,7 @@
 #include "its/shell.h"
 
 /// Mesh simplification by edge collapses in the order of quadric errors, with a proven bound on the error.
-namespace its {
+namespace ITS_API its {
 
 enum class SimplifyMethod : std::uint8_t {
     certified,  ///< proven: what SimplifyOptions says

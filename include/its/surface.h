@@ -9,7 +9,7 @@
 #include "its/shell.h"
 
 /// Level sets of f as triangle meshes, and proven to wrap M where asked.
-namespace its {
+namespace ITS_API its {
 
 enum class SurfaceSide : std::uint8_t {
     outer,  ///< around M: the level set at ε₂, moved outward until proven to enclose M

@@ -8,7 +8,7 @@
 
 /// An independent check of a shell against a mesh. It shares no evaluation, bounding, clipping or sign code
 /// with the builder: only the arrays of the shell are common to both.
-namespace its {
+namespace ITS_API its {
 
 struct VerifyOptions {
     std::uint64_t samples = 1'000'000;  ///< on M, uniform by area

@@ -5,7 +5,7 @@
 #include "its/mesh.h"
 
 /// Closing cracks: corners of a mesh that are nearer than a length become one.
-namespace its {
+namespace ITS_API its {
 
 struct WeldReport {
     double length = 0;

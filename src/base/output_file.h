@@ -16,7 +16,7 @@ namespace its {
 ///
 /// A temporary file is locked until it has its name. What a killed writer has left behind is known by its lock,
 /// which is free: the next writer of the same path removes it. Where there are no locks nothing is removed.
-class OutputFile {
+class ITS_API OutputFile {
 public:
     /// Creates the temporary file, in the same folder, with a name that no other file has. A symbolic link is
     /// followed, so that the file it points to is replaced. \throws FileError, also if `path` exists and is

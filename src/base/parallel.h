@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <mutex>
 #include <string>
@@ -162,16 +161,5 @@ void parallel_for(std::uint64_t count, std::uint64_t grain, F&& fn) {
         for (std::uint64_t i = begin; i < end; ++i) fn(i);
     });
 }
-
-/// Seconds since construction.
-class Stopwatch {
-public:
-    double seconds() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace its

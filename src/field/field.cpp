@@ -95,7 +95,7 @@ bool refine(const octree::Octree& octree, const Field& field, const Index& fines
 
 }  // namespace
 
-TrilinearCell locate(const octree::Octree& octree, const Field& field, const Vec3& u) {
+ITS_API TrilinearCell locate(const octree::Octree& octree, const Field& field, const Vec3& u) {
     const std::int64_t last = (std::int64_t{2} << octree.depth) - 1;
     Index finest;
     for (int axis = 0; axis < 3; ++axis) finest[axis] = std::min(std::int64_t(std::floor(u[axis])), last);

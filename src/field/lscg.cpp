@@ -159,6 +159,10 @@ Field cumulative(const octree::Octree& octree, const GridPoints& grid, const Eig
 
 }  // namespace
 
+bool has_lscg() {
+    return true;
+}
+
 Field solve_lscg(const octree::Octree& octree, const Field& distance, double tolerance,
                  const Progress& progress, LscgReport* report) {
     const GridPoints grid(octree);

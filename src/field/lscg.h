@@ -15,6 +15,9 @@ struct LscgReport {
     double residual = 0;           ///< greatest |f(g) − D(g)| over all grid points, in units of D
 };
 
+/// Whether this library has the solver, which needs Eigen; see field/without_lscg.cpp.
+bool has_lscg();
+
 /// Solves f(g) = D(g) for the coefficients of all grid points of all levels with Eigen's
 /// LeastSquaresConjugateGradient, diagonal preconditioner, from zero. Slow: meant for small depths and as an
 /// oracle. Serial; the same bits on every run.

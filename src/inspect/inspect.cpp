@@ -18,6 +18,7 @@
 #include "inspect/wrong_parts.h"
 #include "its/inspect.h"
 #include "its/mesh.h"
+#include "its/stopwatch.h"
 #include "mesh/arrays.h"
 #include "mesh/merged.h"
 

@@ -180,7 +180,7 @@ Mesh mesh::copy_of(const Arrays& arrays) {
             {arrays.triangles.begin(), arrays.triangles.end()}};
 }
 
-mesh::Native::Native(const MeshView& view) {
+ITS_API mesh::Native::Native(const MeshView& view) {
     arrays_.vertices = native_vertices(view.vertices, copies_.vertices);
     arrays_.triangles = view.triangles ? native_triangles(*view.triangles, copies_.triangles)
                                        : triangles_in_order(view.vertices.count, copies_.triangles);

@@ -65,13 +65,13 @@ private:
 
 }  // namespace
 
-Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& t) {
+ITS_API Vec3 area_vector(std::span<const Vec3> vertices, const Triangle& t) {
     const Vec3& a = vertices[t[0]];
     return cross(vertices[t[1]] - a, vertices[t[2]] - a);
 }
 
-CornerValues<Vec3> vertex_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
-                                  std::optional<double> crease) {
+ITS_API CornerValues<Vec3> vertex_normals(std::span<const Vec3> vertices, std::span<const Triangle> triangles,
+                                          std::optional<double> crease) {
     std::vector<Vec3> unit(triangles.size());
     for (std::size_t t = 0; t < unit.size(); ++t) {
         const Vec3 n = area_vector(vertices, triangles[t]);

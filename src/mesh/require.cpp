@@ -22,7 +22,7 @@ bool within(const Vec3& p, double largest) {
 
 }  // namespace
 
-void require_usable(const mesh::Arrays& mesh, double largest) {
+ITS_API void require_usable(const mesh::Arrays& mesh, double largest) {
     if (mesh.triangles.empty()) throw InputError("the mesh has no triangles");
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         for (const std::uint32_t v : mesh.triangles[i]) {

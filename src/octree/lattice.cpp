@@ -28,7 +28,7 @@ double largest_coordinate(const Box& box) {
 
 }  // namespace
 
-Box bounds(const mesh::Arrays& mesh) {
+ITS_API Box bounds(const mesh::Arrays& mesh) {
     Box box{mesh.vertices[mesh.triangles[0][0]], mesh.vertices[mesh.triangles[0][0]]};
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t)

@@ -14,14 +14,14 @@
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "display/colour.h"
+#include "display/numbers.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
 #include "its/surface.h"
 #include "octree/lattice.h"
 #include "page/cluster.h"
 #include "page/page.h"
-#include "picture/colour.h"
-#include "picture/legend.h"
 #include "shell/shell_data.h"
 
 namespace its {
@@ -48,10 +48,6 @@ void check(const ViewOptions& o) {
     if (o.max_triangles < 1000)
         throw OptionError(fmt::format("at most {} triangles: must be 1000 or more", o.max_triangles));
     require_threads(o.run.threads);
-    if (!has_view())
-        throw Error(
-            "this build cannot write pages, because npm was missing when it was configured; install nodejs "
-            "and npm, and build again");
 }
 
 std::string base64(std::span<const unsigned char> bytes) {
@@ -137,7 +133,7 @@ Json field_json(const ThinShell& shell, const Box& box, int samples_of_longest) 
 }
 
 std::string palette() {
-    const picture::DivergingMap colours;
+    const display::DivergingMap colours;
     std::vector<unsigned char> bytes;
     for (int i = -palette_half; i <= palette_half; ++i)
         for (const std::uint8_t c : colours(double(i) / palette_half)) bytes.push_back(c);
@@ -147,16 +143,16 @@ std::string palette() {
 Json facts(const ThinShell& shell) {
     const ShellInfo& info = shell.info();
     return Json::array({{"Depth K", fmt::format("{}", info.depth)},
-                        {"Finest cell", picture::number_text(info.cell_width)},
+                        {"Finest cell", display::number_text(info.cell_width)},
                         {"Sign rule", std::string(name(info.sign))},
                         {"Sides", info.sign == SignRule::generalized ? "by the shell" : "exact"},
-                        {"ε₁", picture::number_text(info.epsilon_inner)},
-                        {"ε₂", picture::number_text(info.epsilon_outer)},
-                        {"Thickness", picture::number_text(info.thickness())},
-                        {"÷ longest side", picture::number_text(info.thickness() / info.scale)},
-                        {"Mesh triangles", picture::count_text(info.mesh_triangles)},
+                        {"ε₁", display::number_text(info.epsilon_inner)},
+                        {"ε₂", display::number_text(info.epsilon_outer)},
+                        {"Thickness", display::number_text(info.thickness())},
+                        {"÷ longest side", display::number_text(info.thickness() / info.scale)},
+                        {"Mesh triangles", display::count_text(info.mesh_triangles)},
                         {"Mesh", info.mesh_closed ? "closed" : "open"},
-                        {"Surface cells", picture::count_text(info.surface_cells)}});
+                        {"Surface cells", display::count_text(info.surface_cells)}});
 }
 
 /// A level set that has not too many triangles; adds a note if it was extracted on a coarser lattice.
@@ -178,13 +174,13 @@ Surface page_surface(const ThinShell& shell, SurfaceSide side, const ViewOptions
     if (resolution != own)
         notes.push_back(fmt::format(
             "The {} surface is extracted on {} cells along the longest side; the shell has {}.", name(side),
-            picture::count_text(std::uint64_t(resolution)), picture::count_text(std::uint64_t(own))));
+            display::count_text(std::uint64_t(resolution)), display::count_text(std::uint64_t(own))));
     return surface;
 }
 
 std::string level_text(const Surface& surface) {
-    return fmt::format("f = {} · {} triangles{}", picture::number_text(surface.report.level, 3),
-                       picture::count_text(surface.mesh.triangles.size()),
+    return fmt::format("f = {} · {} triangles{}", display::number_text(surface.report.level, 3),
+                       display::count_text(surface.mesh.triangles.size()),
                        surface.report.certified ? ", certified" : "");
 }
 
@@ -196,11 +192,11 @@ Json page_data(const ThinShell& shell, const ViewOptions& options, const Progres
     const Surface outer = page_surface(shell, SurfaceSide::outer, options, notes, parts);
     const Surface inner = page_surface(shell, SurfaceSide::inner, options, notes, parts);
     const Mesh mesh = cluster(shell.mesh(), options.max_triangles);
-    const std::string triangles = picture::count_text(shell.mesh().triangles.size()) + " triangles";
+    const std::string triangles = display::count_text(shell.mesh().triangles.size()) + " triangles";
     const bool whole = mesh.triangles.size() == shell.mesh().triangles.size();
     if (!whole)
         notes.push_back(fmt::format("The mesh of {} is shown with {}, merged for display.", triangles,
-                                    picture::count_text(mesh.triangles.size())));
+                                    display::count_text(mesh.triangles.size())));
     const Json field = field_json(shell, octree::bounds(shell.mesh()), options.field_samples);
     notes.push_back(fmt::format("The plane shows f from {} × {} × {} samples.", field["samples"][0].get<int>(),
                                 field["samples"][1].get<int>(), field["samples"][2].get<int>()));
@@ -224,10 +220,6 @@ Json page_data(const ThinShell& shell, const ViewOptions& options, const Progres
 }
 
 }  // namespace
-
-bool has_view() {
-    return !view_template().empty();
-}
 
 std::string view_page(const ThinShell& shell, const ViewOptions& options) {
     check(options);

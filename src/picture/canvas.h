@@ -4,11 +4,12 @@
 #include <string_view>
 #include <vector>
 
+#include "display/colour.h"
 #include "its/picture.h"
-#include "picture/colour.h"
 
 /// Drawing with antialiasing. Pixel (x, y) covers [x, x+1) × [y, y+1), y downwards.
 namespace its::picture {
+using namespace display;
 
 /// A part of a picture, in whole pixels.
 struct PixelRect {

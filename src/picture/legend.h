@@ -22,12 +22,6 @@ struct Pen {
     void rule(double x, double y, double width) const;
 };
 
-/// "−1.25·10⁻⁴", "0.0317", "12 800": `digits` significant digits, a power of ten where the number is small or
-/// large.
-std::string number_text(double value, int digits = 4);
-/// "33 926": groups of three digits, with thin spaces where no line is broken.
-std::string count_text(std::uint64_t value);
-
 /// How a plane is described in a picture.
 struct PlaneText {
     std::string right, up;  ///< names of the picture's axes

@@ -1,6 +1,10 @@
 #include "picture/rays.h"
 
+#if ITS_EMBREE == 3
 #include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <deque>
@@ -23,6 +27,26 @@ void keep_half_space(const RTCFilterFunctionNArguments* args) {
     const Vec3 at{ray->org_x + t * ray->dir_x, ray->org_y + t * ray->dir_y, ray->org_z + t * ray->dir_z};
     if (dot(kept.normal, at) > kept.limit) args->valid[0] = 0;
 }
+
+#if ITS_EMBREE == 3
+void intersect(RTCScene scene, RTCRayHit& query) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(scene, &context, &query);
+}
+void occlude(RTCScene scene, RTCRay& query) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(scene, &context, &query);
+}
+#else
+void intersect(RTCScene scene, RTCRayHit& query) {
+    rtcIntersect1(scene, &query);
+}
+void occlude(RTCScene scene, RTCRay& query) {
+    rtcOccluded1(scene, &query);
+}
+#endif
 
 RTCRay single_precision(const Ray& ray) {
     RTCRay r{};
@@ -106,21 +130,17 @@ void RayScene::commit() {
 }
 
 std::optional<RayHit> RayScene::nearest(const Ray& ray) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     RTCRayHit query{};
     query.ray = single_precision(ray);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(handles_->scene, &context, &query);
+    intersect(handles_->scene, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return RayHit{query.ray.tfar, query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v};
 }
 
 bool RayScene::blocked(const Ray& ray) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     RTCRay query = single_precision(ray);
-    rtcOccluded1(handles_->scene, &context, &query);
+    occlude(handles_->scene, query);
     return query.tfar < 0;
 }
 

@@ -11,6 +11,7 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "display/numbers.h"
 #include "its/inspect.h"
 #include "its/picture.h"
 #include "its/surface.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "display/numbers.h"
 #include "its/inspect.h"
 #include "its/picture.h"
 #include "mesh/arrays.h"

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "display/colour.h"
 #include "its/shell.h"
 #include "picture/camera.h"
 #include "picture/canvas.h"
-#include "picture/colour.h"
 #include "picture/rays.h"
 
 /// Draws bodies in a studio: one soft key light, a bright dome, a white floor. The scene is in units of s, z

@@ -13,13 +13,9 @@ struct Access {
 
 }  // namespace its::query
 
-namespace its {
-
-struct Query::Data {
+struct its::Query::Data {
     explicit Data(const ThinShell& source) : shell(source), index(shell::Access::data(shell)) {}
 
     ThinShell shell;
     query::QueryIndex index;
 };
-
-}  // namespace its

@@ -13,6 +13,7 @@
 #include "field/lscg.h"
 #include "inspect/inspect.h"
 #include "its/inspect.h"
+#include "its/stopwatch.h"
 #include "its/weld.h"
 #include "mesh/arrays.h"
 #include "mesh/require.h"
@@ -39,6 +40,10 @@ void check_depth(int depth) {
 }
 
 void check_options(const BuildOptions& options) {
+    if (options.solver == Solver::lscg && !field::has_lscg())
+        throw OptionError(
+            "the solver LSCG is not part of this library, which was built without Eigen; choose the direct "
+            "one");
     if (options.depth) check_depth(*options.depth);
     if (!(options.weld >= 0) || !std::isfinite(options.weld))
         throw OptionError(fmt::format("welding length {}: must be finite and at least 0", options.weld));

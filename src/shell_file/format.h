@@ -12,7 +12,7 @@
 #include "shell/shell_data.h"
 
 /// The parts of an .its file, for its writer and its reader; docs/design/file-format.md has the layout.
-namespace its::format {
+namespace its::shell_file {
 
 static_assert(std::endian::native == std::endian::little, "the .its format is little-endian");
 static_assert(sizeof(Vec3) == 24 && sizeof(Triangle) == 12, "meshes are written as they lie in memory");
@@ -172,4 +172,4 @@ std::uint64_t checksum(std::span<const std::byte> bytes);
 /// Of the header without its own checksum, then the table.
 std::uint64_t header_checksum(std::span<const std::byte> header_and_table);
 
-}  // namespace its::format
+}  // namespace its::shell_file

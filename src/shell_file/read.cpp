@@ -21,8 +21,6 @@ using namespace shell_file;
 
 namespace {
 
-using namespace format;
-
 constexpr Named<LoadCheck> checks[] = {{LoadCheck::full, "full"}, {LoadCheck::quick, "quick"}};
 
 constexpr const char* rebuild = "; copy it again, or build it anew";

@@ -13,7 +13,7 @@
 namespace its {
 using namespace shell_file;
 
-namespace format {
+namespace shell_file {
 
 std::uint64_t checksum(std::span<const std::byte> bytes) {
     return XXH3_64bits(bytes.data(), bytes.size());
@@ -25,11 +25,9 @@ std::uint64_t header_checksum(std::span<const std::byte> header_and_table) {
     return checksum(copy);
 }
 
-}  // namespace format
+}  // namespace shell_file
 
 namespace {
-
-using namespace format;
 
 using Facts = std::array<std::uint64_t, fact_words>;
 

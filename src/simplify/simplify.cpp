@@ -11,6 +11,7 @@
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
 #include "inspect/inspect.h"
+#include "its/stopwatch.h"
 #include "mesh/arrays.h"
 #include "mesh/require.h"
 #include "shell/access.h"

@@ -10,6 +10,7 @@
 #include "distance/mesh_distance.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
+#include "its/stopwatch.h"
 #include "its/surface.h"
 #include "shell/access.h"
 #include "surface/enclosure.h"

@@ -123,8 +123,8 @@ struct Task {
 
 }  // namespace
 
-std::vector<LevelCell> find_level_cells(const octree::Octree& octree, const field::Field& field, double low,
-                                        double high, const Progress& progress) {
+ITS_API std::vector<LevelCell> find_level_cells(const octree::Octree& octree, const field::Field& field,
+                                                double low, double high, const Progress& progress) {
     int split = octree.depth;
     while (split > 0 && octree.levels[split].groups() < min_tasks) --split;
     std::vector<Task> tasks;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#ifdef ITS_OPENVDB
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/SignedFloodFill.h>
@@ -16,28 +15,8 @@
 #include "its/inspect.h"
 #include "shell/access.h"
 #include "surface/level_cells.h"
-#endif
 
 namespace its {
-
-#ifndef ITS_OPENVDB
-
-bool has_vdb() {
-    return false;
-}
-
-void write_vdb(const ThinShell&, const std::filesystem::path& path, const VdbOptions&) {
-    throw OptionError(
-        fmt::format("cannot write '{}': this program was built without OpenVDB; install libopenvdb-dev "
-                    "and build again",
-                    path.string()));
-}
-
-#else
-
-bool has_vdb() {
-    return true;
-}
 
 namespace {
 
@@ -110,7 +89,5 @@ void write_vdb(const ThinShell& shell, const std::filesystem::path& path, const 
         file.commit();
     });
 }
-
-#endif
 
 }  // namespace its

@@ -1,6 +1,7 @@
 #include "its/verify.h"
 
 #include "base/parallel.h"
+#include "its/stopwatch.h"
 #include "shell/access.h"
 #include "verify/checks.h"
 

@@ -6,8 +6,12 @@
 
 #include "base/progress.h"
 #include "its/distance.h"
+#ifdef ITS_PAGE
 #include "its/page.h"
+#endif
+#ifdef ITS_PICTURE
 #include "its/picture.h"
+#endif
 #include "its/query.h"
 #include "its/shell.h"
 #include "its/simplify.h"
@@ -76,10 +80,14 @@ TEST(Progress, RunsOnceThroughEveryCall) {
     std::vector<std::int8_t> codes(points.size());
     expect_once("query", [&](const its::Run& run) { Query(shell).classify(points, codes, run); });
     expect_once("distance", [&](const its::Run& run) { (void)mesh_distance(mesh, open, 50'000, run); });
+#ifdef ITS_PICTURE
     expect_once("render",
                 [&](const its::Run& run) { (void)render(shell, {.width = 256, .samples = 1, .run = run}); });
     expect_once("slice", [&](const its::Run& run) { (void)slice(shell, {.size = 64, .run = run}); });
-    if (has_view()) expect_once("page", [&](const its::Run& run) { (void)view_page(shell, {.run = run}); });
+#endif
+#ifdef ITS_PAGE
+    expect_once("page", [&](const its::Run& run) { (void)view_page(shell, {.run = run}); });
+#endif
 }
 
 TEST(Progress, PartsFollowEachOther) {

@@ -217,6 +217,7 @@ TEST_F(Commands, VerifyPassesOnTheMeshAndFailsOnAnother) {
 }
 
 TEST_F(Commands, SliceWritesAPng) {
+    if (!has_command("slice")) GTEST_SKIP() << "built without pictures";
     ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "4"}).status, 0);
     const std::string picture = shop.path("ball.png");
     const json slice = run_json({"slice", shell, "-o", picture, "--axis", "X", "--size", "128", "--cells"});
@@ -226,6 +227,7 @@ TEST_F(Commands, SliceWritesAPng) {
 }
 
 TEST_F(Commands, SliceOnAnyPlane) {
+    if (!has_command("slice")) GTEST_SKIP() << "built without pictures";
     ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "4"}).status, 0);
     const std::string picture = shop.path("ball.png");
     const json slice = run_json({"slice", shell, "-o", picture, "--normal", "1,-1,0.5", "--through", "-1,2,3",
@@ -251,6 +253,7 @@ TEST_F(Commands, SliceOnAnyPlane) {
 }
 
 TEST_F(Commands, RenderWritesAPng) {
+    if (!has_command("render")) GTEST_SKIP() << "built without pictures";
     ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "3"}).status, 0);
     const std::string picture = shop.path("render.png");
     const json render = run_json({"render", shell, "-o", picture, "--size", "256", "--samples", "1", "--view",
@@ -268,9 +271,9 @@ TEST_F(Commands, ViewWritesAPageOrRefuses) {
     if (result.status == 0) {
         EXPECT_THAT(content(page), HasSubstr("\"title\":\"ball\""));
         EXPECT_EQ(json::parse(result.out)["file_bytes"], std::filesystem::file_size(page));
-    } else {  // built without npm
+    } else {
         EXPECT_EQ(result.status, 2);
-        EXPECT_THAT(result.error, HasSubstr("npm"));
+        EXPECT_THAT(result.error, HasSubstr("built without pages"));
         EXPECT_FALSE(std::filesystem::exists(page));
     }
 }
@@ -293,6 +296,7 @@ TEST_F(Commands, QuietPrintsNothing) {
              {"check", mesh, "--quiet"},
              {"verify", shell, mesh, "--samples", "1000", "--quiet"},
              {"slice", shell, "-o", shop.path("a.png"), "--size", "64", "--quiet"}}) {
+        if (!has_command(arguments[0])) continue;
         const Result result = run(arguments);
         EXPECT_EQ(result.status, 0);
         EXPECT_THAT(result.out, IsEmpty());

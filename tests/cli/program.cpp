@@ -115,6 +115,10 @@ Result run(const std::vector<std::string>& arguments) {
     return run_as(geteuid(), ITS_PROGRAM, arguments);
 }
 
+bool has_command(const std::string& command) {
+    return run({command, "--help"}).status == 0;
+}
+
 Result run_without_privileges(const std::vector<std::string>& arguments) {
     if (geteuid() != 0) return run(arguments);
     const Workshop place;  // others may be unable to reach the build folder

@@ -41,6 +41,9 @@ std::string content(const std::filesystem::path& file);
 /// Runs `its` with both outputs going into pipes.
 Result run(const std::vector<std::string>& arguments);
 
+/// Whether `its` has this command: it may have been built without pictures or pages.
+bool has_command(const std::string& command);
+
 /// The same without the rights of root, which ignores permissions: as user 65534 if this is root.
 Result run_without_privileges(const std::vector<std::string>& arguments);
 

@@ -144,7 +144,7 @@ TEST_F(SurfaceCommand, WritesTheFunctionForOpenVdbOrSaysWhyNot) {
         EXPECT_EQ(json::parse(result.out)["file_bytes"], std::filesystem::file_size(out));
         EXPECT_EQ(run({"surface", shell, "-o", out, "--side", "inner"}).status, 2);
     } else {
-        EXPECT_THAT(result.error, HasSubstr("without OpenVDB"));
+        EXPECT_THAT(result.error, HasSubstr("built without OpenVDB"));
     }
 }
 

@@ -1,9 +1,5 @@
 #include "its/distance.h"
 
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Simple_cartesian.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "cgal/cgal.h"
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
 #include "its/mesh_file.h"
@@ -193,26 +190,16 @@ TEST(ClosestPoint, CanBeStopped) {
 }
 
 TEST(ClosestPoint, AgreesWithCgalOnRealMeshes) {
-    using Kernel = CGAL::Simple_cartesian<double>;
-    using CgalTriangles = std::vector<Kernel::Triangle_3>;
-    using Primitive = CGAL::AABB_triangle_primitive<Kernel, CgalTriangles::const_iterator>;
     const auto files = zoo::real_mesh_files();
     if (files.empty()) GTEST_SKIP() << "ITS_TEST_MESHES is not set";
-    const auto point = [](const Vec3& v) { return Kernel::Point_3(v.x, v.y, v.z); };
     for (const std::string& file : files) {
         SCOPED_TRACE(file);
         const Mesh mesh = read_mesh(file).mesh;
-        CgalTriangles triangles;
-        for (const Triangle& t : mesh.triangles) {
-            const Kernel::Triangle_3 triangle(point(mesh.vertices[t[0]]), point(mesh.vertices[t[1]]),
-                                              point(mesh.vertices[t[2]]));
-            if (!triangle.is_degenerate()) triangles.push_back(triangle);
-        }
-        if (triangles.size() < mesh.triangles.size()) continue;  // CGAL's tree does not take them
-        CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree(triangles.begin(), triangles.end());
+        const cgal::Distances peer(mesh);
+        if (!peer.usable()) continue;
         const ClosestPoints closest(mesh);
         for (const Vec3& p : queries(mesh, 2.0, 100, 13)) {
-            const double expected = std::sqrt(tree.squared_distance(point(p)));
+            const double expected = peer.distance(p);
             // CGAL's own construction in doubles errs by more than our distance: hence the wide tolerance.
             ASSERT_NEAR(closest.find(p).distance, expected, 1e-9 * size_of(mesh, p));
         }

@@ -1,3 +1,1 @@
-# CGAL (GPL, tests only): the second opinion on inside and outside.
-find_package(CGAL REQUIRED)
-target_link_libraries(test_distance PRIVATE CGAL::CGAL)
+target_link_libraries(test_distance PRIVATE its_cgal)

@@ -4,11 +4,11 @@
 
 #include <array>
 #include <boost/multiprecision/cpp_int.hpp>
-#include <chrono>
 #include <random>
 #include <vector>
 
 #include "geometry/vec3.h"
+#include "its/stopwatch.h"
 #include "support/zoo.h"
 
 namespace its {
@@ -375,10 +375,9 @@ TEST(Predicates, Timing) {
         long total = 0;
         double best = 1e300;
         for (int round = 0; round < 50; ++round) {
-            const auto start = std::chrono::steady_clock::now();
+            const Stopwatch watch;
             for (std::size_t i = 0; i + 5 <= p.size(); ++i) total += call(&p[i]);
-            const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - start;
-            best = std::min(best, spent.count() / double(p.size()));
+            best = std::min(best, 1e9 * watch.seconds() / double(p.size()));
         }
         std::printf("%-44s %7.1f ns   (%ld)\n", name, best, total);
         EXPECT_GT(best, 0);

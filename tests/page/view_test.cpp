@@ -60,14 +60,7 @@ std::vector<std::int32_t> decode(const std::string& base64, std::size_t count, s
     return values;
 }
 
-class View : public testing::Test {
-protected:
-    void SetUp() override {
-        if (!has_view()) GTEST_SKIP() << "built without npm";
-    }
-};
-
-TEST_F(View, PageHoldsTheMesh) {
+TEST(View, PageHoldsTheMesh) {
     const json data = data_of(view_page(torus_shell(), {.title = "a torus", .field_samples = 16}));
     EXPECT_EQ(data["title"], "a torus");
     const Mesh& mesh = torus_shell().mesh();
@@ -85,7 +78,7 @@ TEST_F(View, PageHoldsTheMesh) {
     EXPECT_FALSE(data["inner"].is_null());
 }
 
-TEST_F(View, PageHoldsTheField) {
+TEST(View, PageHoldsTheField) {
     const json data = data_of(view_page(torus_shell(), {.field_samples = 20}));
     const json& field = data["field"];
     const auto n = field["samples"].get<std::array<std::size_t, 3>>();
@@ -106,7 +99,7 @@ TEST_F(View, PageHoldsTheField) {
                             0.51 * step * scale + 1e-9);
 }
 
-TEST_F(View, LoadsNothingAndEscapesTheTitle) {
+TEST(View, LoadsNothingAndEscapesTheTitle) {
     const std::string html = view_page(torus_shell(), {.title = "</script><!-- \xff", .field_samples = 16});
     EXPECT_EQ(data_of(html)["title"], "</script><!-- \uFFFD");  // what is not UTF-8 is replaced
     for (const char* outside : {"src=\"", "<link rel=\"stylesheet\"", "@import"})
@@ -115,12 +108,12 @@ TEST_F(View, LoadsNothingAndEscapesTheTitle) {
     EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
 }
 
-TEST_F(View, SameBytesForAnyNumberOfThreads) {
+TEST(View, SameBytesForAnyNumberOfThreads) {
     EXPECT_EQ(view_page(torus_shell(), {.run = {.threads = 1}}),
               view_page(torus_shell(), {.run = {.threads = 2}}));
 }
 
-TEST_F(View, SaysWhatIsShownSimplified) {
+TEST(View, SaysWhatIsShownSimplified) {
     const ThinShell shell = build(zoo::sphere({0, 0, 0}, 1, 5), {.depth = 5});
     const auto notes = [&](const ViewOptions& options) {
         return data_of(view_page(shell, options))["notes"].dump();
@@ -132,7 +125,7 @@ TEST_F(View, SaysWhatIsShownSimplified) {
     EXPECT_NE(coarse.find("extracted on"), std::string::npos);
 }
 
-TEST_F(View, EveryKindOfMesh) {
+TEST(View, EveryKindOfMesh) {
     for (const zoo::Entry& entry : zoo::all()) {
         const json data = data_of(view_page(build(entry.mesh, {.depth = 3}), {.field_samples = 16}));
         EXPECT_FALSE(data["mesh"].is_null()) << entry.name;
@@ -140,7 +133,7 @@ TEST_F(View, EveryKindOfMesh) {
     }
 }
 
-TEST_F(View, RefusesOptionsOutOfRange) {
+TEST(View, RefusesOptionsOutOfRange) {
     for (const ViewOptions& wrong : std::vector<ViewOptions>{{.up = 3},
                                                              {.resolution = -1},
                                                              {.field_samples = 15},
@@ -150,7 +143,7 @@ TEST_F(View, RefusesOptionsOutOfRange) {
         EXPECT_THROW(view_page(torus_shell(), wrong), OptionError);
 }
 
-TEST_F(View, IsWrittenWholeOrNotAtAll) {
+TEST(View, IsWrittenWholeOrNotAtAll) {
     const fs::path path = fs::temp_directory_path() / fmt::format("its-view-{}.html", ::getpid());
     EXPECT_THROW(write_view(torus_shell(), "/nowhere/at/all.html", {.field_samples = 16}), FileError);
     write_view(torus_shell(), path, {.field_samples = 16});
@@ -158,11 +151,6 @@ TEST_F(View, IsWrittenWholeOrNotAtAll) {
     text << std::ifstream(path).rdbuf();
     EXPECT_EQ(text.str(), view_page(torus_shell(), {.field_samples = 16}));
     fs::remove(path);
-}
-
-TEST(ViewWithoutNpm, IsRefusedInOneLine) {
-    if (has_view()) GTEST_SKIP() << "built with npm";
-    EXPECT_THROW(view_page(torus_shell()), Error);
 }
 
 }  // namespace

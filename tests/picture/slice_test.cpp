@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 
+#include "display/numbers.h"
 #include "octree/lattice.h"
 #include "picture/legend.h"
 #include "picture/plot.h"
@@ -235,13 +236,13 @@ TEST(Colour, DivergesEvenly) {
 }
 
 TEST(Text, Numbers) {
-    EXPECT_EQ(picture::number_text(0), "0");
-    EXPECT_EQ(picture::number_text(-0.00123456), "−0.001235");
-    EXPECT_EQ(picture::number_text(12.5, 2), "12");
-    EXPECT_EQ(picture::number_text(-1.25e-7, 3), "−1.25·10⁻⁷");
-    EXPECT_EQ(picture::number_text(9.9999e9, 3), "1.00·10¹⁰");
-    EXPECT_EQ(picture::count_text(7), "7");
-    EXPECT_EQ(picture::count_text(1234567), "1,234,567");
+    EXPECT_EQ(display::number_text(0), "0");
+    EXPECT_EQ(display::number_text(-0.00123456), "−0.001235");
+    EXPECT_EQ(display::number_text(12.5, 2), "12");
+    EXPECT_EQ(display::number_text(-1.25e-7, 3), "−1.25·10⁻⁷");
+    EXPECT_EQ(display::number_text(9.9999e9, 3), "1.00·10¹⁰");
+    EXPECT_EQ(display::count_text(7), "7");
+    EXPECT_EQ(display::count_text(1234567), "1,234,567");
 }
 
 TEST(Text, IsSetWhereAsked) {

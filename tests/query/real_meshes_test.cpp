@@ -1,14 +1,12 @@
 // Closed meshes of ITS_TEST_MESHES against CGAL; where the two differ, exact predicates over all triangles
 // decide: CGAL counts crossings of a ray modulo 2, which is not the winding number where parts overlap.
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Side_of_triangle_mesh.h>
-#include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "base/parallel.h"
+#include "cgal/cgal.h"
 #include "its/inspect.h"
 #include "its/mesh_file.h"
 #include "query/oracle.h"
@@ -17,19 +15,6 @@
 
 namespace its {
 namespace {
-
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
-using CgalMesh = CGAL::Surface_mesh<Point>;
-
-/// False if the mesh is not one that CGAL takes.
-bool to_cgal(const Mesh& mesh, CgalMesh& out) {
-    std::vector<CgalMesh::Vertex_index> vertex;
-    for (const Vec3& v : mesh.vertices) vertex.push_back(out.add_vertex({v.x, v.y, v.z}));
-    for (const Triangle& t : mesh.triangles)
-        if (out.add_face(vertex[t[0]], vertex[t[1]], vertex[t[2]]) == CgalMesh::null_face()) return false;
-    return CGAL::is_closed(out);
-}
 
 /// Half of them uniform in the mesh's box, half within `off` of the surface per axis.
 std::vector<Vec3> random_points(const Mesh& mesh, double off, std::size_t count) {
@@ -55,7 +40,7 @@ std::vector<Vec3> random_points(const Mesh& mesh, double off, std::size_t count)
     return points;
 }
 
-void compare(const Mesh& mesh, const CgalMesh& peer, int depth, std::size_t count) {
+void compare(const Mesh& mesh, const cgal::Sides& peer, int depth, std::size_t count) {
     BuildOptions options;
     options.depth = depth;
     const Query query(build(mesh, options));
@@ -63,12 +48,10 @@ void compare(const Mesh& mesh, const CgalMesh& peer, int depth, std::size_t coun
     const std::vector<Vec3> points = random_points(mesh, 1e-3 * query.shell().info().cell_width, count);
     std::vector<std::int8_t> codes(points.size());
     query.classify(points, codes);
-    const CGAL::Side_of_triangle_mesh<CgalMesh, Kernel> side(peer);
-    (void)side(Point(0, 0, 0));  // builds its tree before threads share it
     std::atomic<std::uint64_t> overruled = 0, wrong = 0;
     parallel_for(points.size(), 1024, [&](std::uint64_t i) {
         const Vec3& p = points[i];
-        if (codes[i] == -std::int8_t(side(Point(p.x, p.y, p.z)))) return;
+        if (codes[i] == peer.side(p)) return;
         if (overruled++ < 200 && Side(codes[i]) != test::brute_force_side(mesh, p, SignRule::winding)) ++wrong;
     });
     EXPECT_EQ(wrong, 0u);
@@ -84,8 +67,8 @@ void compare_all(const std::vector<int>& depths, std::size_t count) {
     for (const std::string& file : files) {
         SCOPED_TRACE(file);
         const Mesh mesh = read_mesh(file).mesh;
-        CgalMesh peer;
-        if (!to_cgal(mesh, peer)) continue;
+        const cgal::Sides peer(mesh);
+        if (!peer.usable()) continue;
         ++compared;
         for (const int depth : depths) compare(mesh, peer, depth, count);
     }

@@ -2,13 +2,13 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <chrono>
 #include <functional>
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "geometry/vec3.h"
+#include "its/stopwatch.h"
 #include "shell/candidates.h"
 
 namespace its {
@@ -347,10 +347,9 @@ TEST(Candidates, Timing) {  // not a test of speed
         }
         double sum = 0, best = 1e300;
         for (int round = 0; round < 10; ++round) {
-            const auto start = std::chrono::steady_clock::now();
+            const Stopwatch watch;
             for (const auto& [c, polygon] : cases) sum += shell::candidate_extremes(c, polygon).max;
-            const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
-            best = std::min(best, spent.count() / double(cases.size()));
+            best = std::min(best, 1e6 * watch.seconds() / double(cases.size()));
         }
         std::printf("linear + %g noise: %.2f us a polygon (%g)\n", noise, best, sum);
         EXPECT_GT(sum, 0);

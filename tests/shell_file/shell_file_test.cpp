@@ -15,7 +15,9 @@
 #include <random>
 
 #include "its/inspect.h"
+#ifdef ITS_PICTURE
 #include "its/picture.h"
+#endif
 #include "its/shell_file.h"
 #include "its/verify.h"
 #include "shell/access.h"
@@ -235,7 +237,9 @@ double use(shell::ShellData data) {
         for (int child = 0; child < 8; ++child)
             for (const std::uint32_t t : shell::Access::data(thin).triangles(g, child))
                 sum += double(shell::Access::data(thin).mesh.triangles[t][0]);
+#ifdef ITS_PICTURE
     (void)slice(thin, {.axis = 2, .at = 0.5, .size = 64, .cells = true, .run = {.threads = 1}});
+#endif
     (void)verify(thin, thin.mesh(), {.samples = 10, .seed = 1, .grid_samples = 10, .run = {.threads = 1}});
     return sum;
 }

@@ -1,15 +1,10 @@
 #include "signs/winding_lines.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/polygon_mesh_to_polygon_soup.h>
-#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
-#include <CGAL/Side_of_triangle_mesh.h>
-#include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 
+#include "cgal/cgal.h"
 #include "distance/triangle_tree.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
@@ -18,9 +13,6 @@
 
 namespace its {
 namespace {
-
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
 struct Setting {
     Mesh mesh;
@@ -114,16 +106,8 @@ TEST(Winding, OfABoxAlignedWithTheLatticeIsConsistent) {
 
 /// Compares the signs of random lattice points around the mesh with CGAL's answer, if CGAL takes the mesh.
 void compare_with_cgal(const Mesh& mesh, int depth) {
-    std::vector<Kernel::Point_3> points;
-    std::vector<std::vector<std::size_t>> polygons;
-    for (const Vec3& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
-    for (const Triangle& t : mesh.triangles) polygons.push_back({t[0], t[1], t[2]});
-    namespace pmp = CGAL::Polygon_mesh_processing;
-    if (!pmp::is_polygon_soup_a_polygon_mesh(polygons)) return;
-    SurfaceMesh surface;
-    pmp::polygon_soup_to_polygon_mesh(points, polygons, surface);
-    if (pmp::does_self_intersect(surface)) return;  // CGAL counts parity, we count windings
-    const CGAL::Side_of_triangle_mesh<SurfaceMesh, Kernel> side(surface);
+    const cgal::Sides sides(mesh);
+    if (!sides.usable() || sides.self_intersects()) return;  // CGAL counts parity, we count windings
 
     const Setting s = setting(mesh, depth);
     const signs::WindingLines lines(s.mesh, s.lattice, s.voxels, {});
@@ -134,9 +118,9 @@ void compare_with_cgal(const Mesh& mesh, int depth) {
                            y = low + std::int64_t(random() % std::uint64_t(span)),
                            z = low + std::int64_t(random() % std::uint64_t(span));
         const Vec3 p = s.lattice.position({x, y, z});
-        const auto answer = side(Kernel::Point_3(p.x, p.y, p.z));
-        if (answer == CGAL::ON_BOUNDARY) continue;
-        ASSERT_EQ(winding_at(lines, x, y, z) >= 1, answer == CGAL::ON_BOUNDED_SIDE);
+        const int side = sides.side(p);
+        if (side == 0) continue;
+        ASSERT_EQ(winding_at(lines, x, y, z) >= 1, side < 0);
     }
 }
 

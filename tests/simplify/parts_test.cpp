@@ -1,10 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
-#include <CGAL/intersections.h>
 #include <cmath>
 #include <random>
 
+#include "cgal/cgal.h"
 #include "its/distance.h"
 #include "its/simplify.h"
 #include "shell/access.h"
@@ -20,8 +19,6 @@ namespace its {
 namespace {
 
 __extension__ using Quad = __float128;  // slivers need more digits than long double has
-
-using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
 
 TEST(Frame, DistanceIsThatOfBruteForceForEveryShape) {
     std::mt19937_64 random(1);
@@ -84,15 +81,11 @@ TEST(Intersections, AgreeWithCgal) {
     // Small integers: all kinds of contact.
     std::mt19937_64 random(2);
     const auto point = [&] { return Vec3{double(random() % 4), double(random() % 4), double(random() % 4)}; };
-    const auto cgal = [](const std::array<Vec3, 3>& t) {
-        const auto p = [](const Vec3& v) { return Kernel::Point_3(v.x, v.y, v.z); };
-        return Kernel::Triangle_3(p(t[0]), p(t[1]), p(t[2]));
-    };
     int met = 0, tested = 0;
     for (int i = 0; i < 30'000; ++i) {
         const std::array<Vec3, 3> s = {point(), point(), point()}, t = {point(), point(), point()};
-        if (cgal(s).is_degenerate() || cgal(t).is_degenerate()) continue;
-        const bool expected = CGAL::do_intersect(cgal(s), cgal(t));
+        if (cgal::is_degenerate(s) || cgal::is_degenerate(t)) continue;
+        const bool expected = cgal::do_intersect(s, t);
         EXPECT_EQ(simplifier::intersect({{0, 1, 2}, s}, {{3, 4, 5}, t}), expected) << i;
         met += expected ? 1 : 0;
         ++tested;
@@ -137,21 +130,17 @@ TEST(Intersections, NoneInAResultThatMustHaveNone) {
     const Simplified careful =
         simplify(mesh, {.method = SimplifyMethod::qem, .faces = 120, .no_self_intersections = true});
     EXPECT_LT(careful.report.faces_after, mesh.triangles.size() / 2);
-    std::vector<Kernel::Triangle_3> triangles;
-    for (const Triangle& t : careful.mesh.triangles) {
-        const auto p = [&](std::uint32_t v) {
-            const Vec3& q = careful.mesh.vertices[v];
-            return Kernel::Point_3(q.x, q.y, q.z);
-        };
-        triangles.emplace_back(p(t[0]), p(t[1]), p(t[2]));
-    }
+    std::vector<cgal::Corners> triangles;
+    for (const Triangle& t : careful.mesh.triangles)
+        triangles.push_back(
+            {careful.mesh.vertices[t[0]], careful.mesh.vertices[t[1]], careful.mesh.vertices[t[2]]});
     for (std::size_t i = 0; i < triangles.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
             bool shared = false;
             for (const std::uint32_t v : careful.mesh.triangles[i])
                 for (const std::uint32_t w : careful.mesh.triangles[j]) shared |= v == w;
             if (!shared) {
-                EXPECT_FALSE(CGAL::do_intersect(triangles[i], triangles[j]));
+                EXPECT_FALSE(cgal::do_intersect(triangles[i], triangles[j]));
             }
         }
 }

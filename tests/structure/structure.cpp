@@ -17,12 +17,12 @@ namespace fs = std::filesystem;
 
 /// From the bottom up. A module includes itself and those of lower layers, never a sibling in its own layer.
 const std::vector<std::vector<std::string>> layers = {
-    {"base"},           {"geometry"},
-    {"mesh"},           {"formats", "octree", "winding"},
-    {"inspect"},        {"distance"},
-    {"signs"},          {"field"},
-    {"shell"},          {"query", "surface", "simplify", "verify", "shell_file"},
-    {"picture", "vdb"}, {"page"},
+    {"base"},    {"geometry"},
+    {"mesh"},    {"formats", "octree", "winding"},
+    {"inspect"}, {"distance"},
+    {"signs"},   {"field"},
+    {"shell"},   {"query", "surface", "simplify", "verify", "shell_file"},
+    {"display"}, {"picture", "page", "vdb"},
 };
 
 /// What verify may include of other modules: the declarations of a shell's arrays, and arithmetic of vectors.
@@ -98,15 +98,15 @@ std::string first_folder(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-/// Public headers belong to the module of their name; version.h to the lowest, those of files to formats,
-/// weld.h to inspect.
+/// Public headers belong to the module of their name; export.h, version.h, memory.h and stopwatch.h to the
+/// lowest, those of files to formats, weld.h to inspect.
 std::string module_of_include(const std::string& name) {
     if (first_folder(name) != "its") return first_folder(name);
     const std::string stem = fs::path(name).stem().string();
-    return stem == "version" || stem == "memory"     ? "base"
-           : stem == "mesh_file" || stem == "points" ? "formats"
-           : stem == "weld"                          ? "inspect"
-                                                     : stem;
+    return stem == "export" || stem == "version" || stem == "memory" || stem == "stopwatch" ? "base"
+           : stem == "mesh_file" || stem == "points"                                        ? "formats"
+           : stem == "weld"                                                                 ? "inspect"
+                                                                                            : stem;
 }
 
 /// What is wrong with a header of others that a file in `module` includes, or nothing.

@@ -38,4 +38,8 @@ Violations check_platform(const std::filesystem::path& root);
 /// No text in src/ speaks of the command line: of an option (two hyphens and a letter) or a command (`its …`).
 Violations check_wording(const std::filesystem::path& root);
 
+/// include/its/ and src/: no namespace has two types of one name, whatever their files (in anonymous
+/// namespaces, not in one file), and private code is in its module's namespace.
+Violations check_types(const std::filesystem::path& root);
+
 }  // namespace its::structure

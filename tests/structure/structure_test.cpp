@@ -114,6 +114,24 @@ TEST(Structure, EachPublicHeaderCompilesAlone) {
     EXPECT_GE(headers, 7);
 }
 
+TEST(Structure, EachTypeOnceAndInItsNamespace) {
+    EXPECT_THAT(check_types(root), IsEmpty());
+}
+
+TEST(Structure, PublicHeadersExportWhatTheyDeclare) {
+    for (const auto& entry : fs::directory_iterator(root / "include" / "its")) {
+        std::ifstream stream(entry.path());
+        int exported = 0, other = 0;
+        for (std::string line; std::getline(stream, line);) {
+            exported += line.starts_with("namespace ITS_API its {") ? 1 : 0;
+            other += line.starts_with("namespace its") ? 1 : 0;
+        }
+        const std::string name = entry.path().filename().string();
+        EXPECT_EQ(exported, name == "version.h" || name == "export.h" ? 0 : 1) << name;
+        EXPECT_EQ(other, 0) << name << ": what is not within \"namespace ITS_API its {\" stays hidden";
+    }
+}
+
 // The checker itself: each rule, broken once.
 
 TEST(Checker, AcceptsWhatPointsDown) {
@@ -239,6 +257,35 @@ TEST(Checker, FindsWordsOfTheCommandLine) {
                          "throw Error(\"use --sign\");\n"
                          "throw Error(\"rebuild it with `its build`\");\n"}};
     EXPECT_THAT(check_wording(tree.path), ElementsAre(HasSubstr("a.cpp:2:"), HasSubstr("a.cpp:3:")));
+}
+
+TEST(Checker, FindsTwoTypesOfOneName) {
+    const FakeTree tree{
+        {"include/its/shell.h", "namespace ITS_API its {\nclass Patch;\nstruct Shell {};\n}\n"},
+        {"src/query/a.h",
+         "namespace its::query {\n/* struct No {}; */ struct Patch {\n struct Inner {};\n};\n}\n"},
+        {"src/query/b.cpp",
+         "namespace its::query {\nnamespace {\nstruct Local {};\nenum class Local { a };\n}\nclass Patch final "
+         "{};\n}\n"},
+        {"src/query/c.cpp",
+         "namespace its::query {\nnamespace {\nstruct Local {};\n}\nvoid f() { struct Patch {}; }\n}\n"},
+        {"src/surface/a.h",
+         "namespace its::surface {\ntemplate <class Patch, class Shell>\nstruct Patch {};\n}\n"}};
+    EXPECT_THAT(check_types(tree.path),
+                ElementsAre(HasSubstr(
+                    "b.cpp:6: its::query::Patch is defined a second time; first at src/query/a.h:2")));
+}
+
+TEST(Checker, FindsPrivateCodeOutsideItsNamespace) {
+    const FakeTree tree{
+        {"src/query/a.h", "namespace its {\nint f();\n}\n"},
+        {"src/query/b.cpp",
+         "namespace its {\nusing namespace query;\nstruct Patch {};\nint g() { return 1; }\n}\n"},
+        {"src/verify/c.h", "namespace its::verifier::detail {\nstruct Patch {};\n}\n"},
+        {"src/base/d.h", "namespace its {\nstruct Patches {};\n}\n"}};
+    EXPECT_THAT(check_types(tree.path),
+                ElementsAre(HasSubstr("a.h:1: opens namespace its; private headers of query"),
+                            HasSubstr("b.cpp:3: its::Patch is private")));
 }
 
 TEST(Checker, FindsAHeaderThatDoesNotCompileAlone) {

@@ -1,3 +1,1 @@
-# CGAL (GPL, tests only): second opinion on self-intersections, orientation and inside.
-find_package(CGAL REQUIRED)
-target_link_libraries(test_surface PRIVATE CGAL::CGAL)
+target_link_libraries(test_surface PRIVATE its_cgal)

@@ -5,7 +5,7 @@
 #include <random>
 #include <set>
 
-#include "surface/cgal_judge.h"
+#include "cgal/cgal.h"
 #include "surface/polygonise.h"
 
 /// Surfaces of arbitrary functions on a lattice: every sign pattern, ambiguous face and tie.
@@ -56,7 +56,7 @@ TEST(LatticeFunctions, RandomValuesGiveEmbeddedManifolds) {
         for (const SurfaceSide which : {SurfaceSide::outer, SurfaceSide::inner, SurfaceSide::zero}) {
             const Mesh mesh = surface::polygonise(frame_of(side, which), cells_of(values, side), {});
             EXPECT_GT(mesh.triangles.size(), 1000);
-            EXPECT_EQ(judge::surface_defects(mesh), "") << trial;
+            EXPECT_EQ(cgal::surface_defects(mesh), "") << trial;
         }
     }
 }
@@ -68,7 +68,7 @@ TEST(LatticeFunctions, ValuesAtTheLevelAndHugeRatiosGiveEmbeddedManifolds) {
         const std::uint32_t side = 8;
         const Values values = bordered(side, [&] { return choices[random() % std::size(choices)]; });
         const Mesh mesh = surface::polygonise(frame_of(side), cells_of(values, side), {});
-        EXPECT_EQ(judge::surface_defects(mesh), "") << trial;
+        EXPECT_EQ(cgal::surface_defects(mesh), "") << trial;
     }
 }
 
@@ -83,7 +83,7 @@ TEST(LatticeFunctions, FarFromTheOriginVerticesStayApart) {
     frame.grid.clearance = surface::most_clearance;
     for (int trial = 0; trial < 10; ++trial) {
         const Values values = bordered(side, [&] { return choices[random() % std::size(choices)]; });
-        EXPECT_EQ(judge::surface_defects(surface::polygonise(frame, cells_of(values, side), {})), "") << trial;
+        EXPECT_EQ(cgal::surface_defects(surface::polygonise(frame, cells_of(values, side), {})), "") << trial;
     }
 }
 

@@ -13,13 +13,13 @@
 #include <memory>
 #include <random>
 
+#include "cgal/cgal.h"
 #include "geometry/vec3.h"
 #include "its/distance.h"
 #include "its/inspect.h"
 #include "its/mesh_file.h"
 #include "shell/access.h"
 #include "support/zoo.h"
-#include "surface/cgal_judge.h"
 #include "surface/level_cells.h"
 
 namespace its {
@@ -37,21 +37,21 @@ ThinShell build_at(const Mesh& mesh, int depth, std::optional<SignRule> sign = {
 /// Everything that is promised of an outer and an inner surface.
 void expect_wrapped(const ThinShell& shell, const Mesh& mesh, int resolution, bool simple) {
     const Surface outer = extract_surface(shell, {.resolution = resolution});
-    EXPECT_EQ(judge::surface_defects(outer.mesh), "");
+    EXPECT_EQ(cgal::surface_defects(outer.mesh), "");
     EXPECT_TRUE(outer.report.certified) << outer.report.reason;
     EXPECT_GT(outer.report.margin, 0);
     EXPECT_GT(outer.report.lowest, shell.info().epsilon_outer);
-    EXPECT_EQ(judge::triangles_meeting(mesh, outer.mesh), 0);
-    EXPECT_EQ(judge::vertices_not_inside(mesh, outer.mesh), 0);
+    EXPECT_EQ(cgal::triangles_meeting(mesh, outer.mesh), 0);
+    EXPECT_EQ(cgal::vertices_not_inside(mesh, outer.mesh), 0);
 
     const Surface inner = extract_surface(shell, {.side = SurfaceSide::inner, .resolution = resolution});
     if (inner.report.empty) return;
     EXPECT_TRUE(inner.report.certified) << inner.report.reason;
     EXPECT_LT(inner.report.highest, shell.info().epsilon_inner);
-    EXPECT_EQ(judge::surface_defects(inner.mesh), "");
-    EXPECT_EQ(judge::triangles_meeting(mesh, inner.mesh), 0);
+    EXPECT_EQ(cgal::surface_defects(inner.mesh), "");
+    EXPECT_EQ(cgal::triangles_meeting(mesh, inner.mesh), 0);
     if (simple) {  // CGAL's inside is by parity
-        EXPECT_EQ(judge::surface_not_inside(inner.mesh, mesh), 0);
+        EXPECT_EQ(cgal::vertices_not_inside(inner.mesh, mesh), 0);
     }
 }
 
@@ -85,7 +85,7 @@ TEST(Surface, OfACubeOnTheLatticeHasValuesAtTheLevelEverywhere) {
     const double width = shell.info().cell_width;
     for (const double level : {0.0, width, -width, 2 * width, -3 * width}) {
         const Surface surface = extract_surface(shell, {.side = SurfaceSide::zero, .level = level});
-        EXPECT_EQ(judge::surface_defects(surface.mesh), "") << level;
+        EXPECT_EQ(cgal::surface_defects(surface.mesh), "") << level;
         // Vertices are off the level by the clearance of 2⁻¹⁰ cells at most; slopes there are at most 1.
         for (const Vec3& v : surface.mesh.vertices) EXPECT_NEAR(shell.value(v), level, 0x1p-9 * width);
     }
@@ -181,7 +181,7 @@ TEST(Surface, FarLevelsFollowTheDistance) {
     const ThinShell shell = build_at(zoo::sphere({0, 0, 0}, 1, 4), 5);
     for (const double level : {-0.6, -0.3, 0.2, 0.6}) {
         const Surface surface = extract_surface(shell, {.side = SurfaceSide::zero, .level = level});
-        EXPECT_EQ(judge::surface_defects(surface.mesh), "");
+        EXPECT_EQ(cgal::surface_defects(surface.mesh), "");
         EXPECT_GT(surface.mesh.triangles.size(), 1000);
         for (const Vec3& v : surface.mesh.vertices) {
             EXPECT_NEAR(shell.value(v), level, 1e-12);
@@ -232,8 +232,8 @@ TEST(Surface, WithoutInsideThereIsOneAroundBothSides) {
     const Surface outer = extract_surface(shell);
     EXPECT_TRUE(outer.report.certified);
     EXPECT_EQ(inspect(outer.mesh).components, 2);  // one sheet on each side
-    EXPECT_EQ(judge::triangles_meeting(sphere, outer.mesh), 0);
-    EXPECT_EQ(judge::vertices_not_inside(sphere, outer.mesh), 0);
+    EXPECT_EQ(cgal::triangles_meeting(sphere, outer.mesh), 0);
+    EXPECT_EQ(cgal::vertices_not_inside(sphere, outer.mesh), 0);
     for (const SurfaceSide side : {SurfaceSide::inner, SurfaceSide::zero}) {
         const Surface none = extract_surface(shell, {.side = side});
         EXPECT_TRUE(none.report.empty);

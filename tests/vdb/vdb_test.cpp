@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
-#ifdef ITS_TEST_OPENVDB
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
-#endif
 
 #include "support/zoo.h"
 
@@ -30,11 +28,8 @@ protected:
     std::filesystem::path folder;
 };
 
-#ifdef ITS_TEST_OPENVDB
-
 TEST_F(Vdb, OpenVdbReadsTheFunction) {
     const ThinShell shell = build_at(zoo::twisted_knot(60, 12), 5);
-    ASSERT_TRUE(has_vdb());
     write_vdb(shell, folder / "f.vdb");
     openvdb::initialize();
     openvdb::io::File file((folder / "f.vdb").string());
@@ -86,21 +81,6 @@ TEST_F(Vdb, BadPathsAndOptionsLeaveNothing) {
                  Cancelled);
     EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
-
-#else
-
-TEST_F(Vdb, IsRefusedInOneClearLine) {
-    EXPECT_FALSE(has_vdb());
-    try {
-        write_vdb(build_at(zoo::tetrahedron(), 2), folder / "f.vdb");
-        FAIL();
-    } catch (const OptionError& error) {
-        EXPECT_NE(std::string(error.what()).find("without OpenVDB"), std::string::npos);
-    }
-    EXPECT_TRUE(std::filesystem::is_empty(folder));
-}
-
-#endif
 
 }  // namespace
 }  // namespace its

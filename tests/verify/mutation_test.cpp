@@ -59,33 +59,33 @@ std::vector<Subject> subjects() {
 class File {
 public:
     explicit File(const shell::ShellData& data) : bytes_(shell_file::encode(data)) {
-        format::Header header{};
+        shell_file::Header header{};
         std::memcpy(&header, bytes_.data(), sizeof(header));
         table_.resize(header.sections);
-        std::memcpy(table_.data(), bytes_.data() + sizeof(header), table_.size() * sizeof(format::Section));
+        std::memcpy(table_.data(), bytes_.data() + sizeof(header), table_.size() * sizeof(shell_file::Section));
     }
 
     const Bytes& bytes() const { return bytes_; }
-    const std::vector<format::Section>& table() const { return table_; }
-    const format::Section& section(std::uint32_t kind, std::uint32_t level = 0) const {
+    const std::vector<shell_file::Section>& table() const { return table_; }
+    const shell_file::Section& section(std::uint32_t kind, std::uint32_t level = 0) const {
         return *std::find_if(table_.begin(), table_.end(),
                              [&](const auto& s) { return s.kind == kind && s.level == level; });
     }
 
     template <class T>
-    static T get(const Bytes& bytes, const format::Section& s, std::uint64_t i) {
+    static T get(const Bytes& bytes, const shell_file::Section& s, std::uint64_t i) {
         T value;
         std::memcpy(&value, bytes.data() + s.offset + i * sizeof(T), sizeof(T));
         return value;
     }
     template <class T>
-    static void put(Bytes& bytes, const format::Section& s, std::uint64_t i, const T& value) {
+    static void put(Bytes& bytes, const shell_file::Section& s, std::uint64_t i, const T& value) {
         std::memcpy(bytes.data() + s.offset + i * sizeof(T), &value, sizeof(T));
     }
 
 private:
     Bytes bytes_;
-    std::vector<format::Section> table_;
+    std::vector<shell_file::Section> table_;
 };
 
 /// Tries changes and counts who saw them.
@@ -152,7 +152,7 @@ private:
 };
 
 template <class T, class F>
-auto changing(const format::Section& section, const F& f) {
+auto changing(const shell_file::Section& section, const F& f) {
     return [&section, f](Bytes& bytes, std::uint64_t i) {
         File::put<T>(bytes, section, i, f(File::get<T>(bytes, section, i)));
         return true;
@@ -160,11 +160,11 @@ auto changing(const format::Section& section, const F& f) {
 }
 
 void change_header(Trial& trial) {
-    const std::uint64_t end = sizeof(format::Header) + trial.file().table().size() * sizeof(format::Section);
+    const std::uint64_t end = sizeof(shell_file::Header) + trial.file().table().size() * sizeof(shell_file::Section);
     const auto is_checksum = [](std::uint64_t at) {
-        return at < sizeof(format::Header) ? at >= offsetof(format::Header, checksum)
-                                           : (at - sizeof(format::Header)) % sizeof(format::Section) >=
-                                                 offsetof(format::Section, checksum);
+        return at < sizeof(shell_file::Header) ? at >= offsetof(shell_file::Header, checksum)
+                                           : (at - sizeof(shell_file::Header)) % sizeof(shell_file::Section) >=
+                                                 offsetof(shell_file::Section, checksum);
     };
     trial.each("header and table: bytes", end, [&](Bytes& bytes, std::uint64_t i) {
         bytes[i] ^= std::byte(1);
@@ -172,9 +172,9 @@ void change_header(Trial& trial) {
     });
 }
 
-/// The numbers of section 1, in the order of format::visit_facts.
+/// The numbers of section 1, in the order of shell_file::visit_facts.
 void change_facts(Trial& trial) {
-    const format::Section& facts = trial.file().section(format::facts);
+    const shell_file::Section& facts = trial.file().section(shell_file::facts);
     constexpr std::uint64_t rounding = 24, first_double[] = {1, 5, 14}, last_double[] = {1, 6, 24};
     const auto is_double = [&](std::uint64_t i) {
         for (int k = 0; k < 3; ++k)
@@ -220,10 +220,10 @@ void change_facts(Trial& trial) {
 }
 
 void change_mesh(Trial& trial) {
-    const format::Section& vertices = trial.file().section(format::vertices);
+    const shell_file::Section& vertices = trial.file().section(shell_file::vertices);
     trial.each("vertices: one unit in the last place", 3 * vertices.count,
                changing<double>(vertices, [](double x) { return std::nextafter(x, 10.0); }));
-    const format::Section& triangles = trial.file().section(format::triangles);
+    const shell_file::Section& triangles = trial.file().section(shell_file::triangles);
     trial.each("triangles: another corner", 3 * triangles.count,
                changing<std::uint32_t>(triangles, [](std::uint32_t v) { return v ^ 1; }));
     trial.each("triangles: turned around", triangles.count,
@@ -238,19 +238,19 @@ void change_mesh(Trial& trial) {
 
 void change_cells(Trial& trial) {
     for (std::uint32_t k = 0; k < trial.data().octree.levels.size(); ++k) {
-        const format::Section& parent = trial.file().section(format::level_parent, k);
+        const shell_file::Section& parent = trial.file().section(shell_file::level_parent, k);
         for (const std::uint64_t bit : {0, 1, 5})
             trial.each(fmt::format("codes: bit {}", bit), parent.count,
                        changing<std::uint64_t>(parent, [bit](std::uint64_t code) { return code ^ 1u << bit; }));
-        const format::Section& mask = trial.file().section(format::level_mask, k);
-        const format::Section& inside = trial.file().section(format::level_inside, k);
+        const shell_file::Section& mask = trial.file().section(shell_file::level_mask, k);
+        const shell_file::Section& inside = trial.file().section(shell_file::level_inside, k);
         for (unsigned bit = 0; bit < 8; ++bit) {
             const auto flip = [bit](std::uint8_t byte) { return std::uint8_t(byte ^ 1u << bit); };
             trial.each("masks: one bit", mask.count, changing<std::uint8_t>(mask, flip));
             trial.each("sides: one bit", inside.count, changing<std::uint8_t>(inside, flip));
         }
     }
-    const format::Section& winding = trial.file().section(format::cell_winding);
+    const shell_file::Section& winding = trial.file().section(shell_file::cell_winding);
     for (const int step : {1, -1, 7})
         trial.each("winding numbers", winding.count,
                    changing<std::int32_t>(winding, [step](std::int32_t w) { return w + step; }));
@@ -289,7 +289,7 @@ void change_bounds(Trial& trial, const Mesh& mesh) {
     std::vector<double> low, high;
     attained(trial, mesh, low, high);
     for (const bool upper : {false, true}) {
-        const format::Section& section = trial.file().section(upper ? format::cell_upper : format::cell_lower);
+        const shell_file::Section& section = trial.file().section(upper ? shell_file::cell_upper : shell_file::cell_lower);
         for (const double by : {1e-6, 1e-3, 0.5})
             trial.each(fmt::format("local bounds: {} {} beyond f on M", upper ? "upper" : "lower", by),
                        section.count, [&](Bytes& bytes, std::uint64_t i) {
@@ -301,12 +301,12 @@ void change_bounds(Trial& trial, const Mesh& mesh) {
 }
 
 void change_lists(Trial& trial) {
-    const format::Section& offset = trial.file().section(format::list_offset);
+    const shell_file::Section& offset = trial.file().section(shell_file::list_offset);
     for (const int step : {1, -1})
         trial.each(
             "lists: where a group begins", offset.count,
             changing<std::uint64_t>(offset, [step](std::uint64_t o) { return o + std::uint64_t(step); }));
-    const format::Section& list = trial.file().section(format::list_bytes);
+    const shell_file::Section& list = trial.file().section(shell_file::list_bytes);
     for (const unsigned step : {1u, 255u, 128u, 64u})
         trial.each("lists: a byte", list.count,
                    changing<std::uint8_t>(list, [step](std::uint8_t b) { return std::uint8_t(b + step); }));
@@ -345,7 +345,7 @@ bool beside_a_hole(const Subject& subject, const shell::ShellData& data, std::ui
 
 void change_values(Trial& trial, const Subject& subject) {
     for (std::uint32_t k = 0; k < trial.data().octree.levels.size(); ++k) {
-        const format::Section& section = trial.file().section(format::level_values, k);
+        const shell_file::Section& section = trial.file().section(shell_file::level_values, k);
         const auto everywhere = [&](const auto& f) {
             return [&, f](Bytes& bytes, std::uint64_t i) {
                 const double old = File::get<double>(bytes, section, i);

@@ -7,7 +7,7 @@
 #include "its/base.h"
 
 /// Colours, and the diverging map of f.
-namespace its::picture {
+namespace its::display {
 
 using Rgb = std::array<std::uint8_t, 3>;  ///< sRGB
 
@@ -19,7 +19,7 @@ Rgb to_srgb(const Light& light);  ///< clamped to [0, 1]
 
 /// Blue (−1) over near white (0) to red (1), interpolated in Oklab, where equal steps look equal: both ends are
 /// equally dark, so that the picture stays readable in grey. Values outside [−1, 1] are clamped, NaN is grey.
-class DivergingMap {
+class ITS_API DivergingMap {
 public:
     DivergingMap();
     Rgb operator()(double t) const;
@@ -31,4 +31,4 @@ private:
 /// sign(t)·√|t|: spreads the colours near the surface, where they matter.
 double signed_root(double t);
 
-}  // namespace its::picture
+}  // namespace its::display

@@ -1,10 +1,10 @@
-#include "picture/colour.h"
+#include "display/colour.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-namespace its::picture {
+namespace its::display {
 namespace {
 
 struct Lab {
@@ -58,11 +58,11 @@ double to_linear(std::uint8_t byte) {
 
 }  // namespace
 
-Light to_light(const Rgb& colour) {
+ITS_API Light to_light(const Rgb& colour) {
     return {to_linear(colour[0]), to_linear(colour[1]), to_linear(colour[2])};
 }
 
-Rgb to_srgb(const Light& light) {
+ITS_API Rgb to_srgb(const Light& light) {
     return {to_byte(light.x), to_byte(light.y), to_byte(light.z)};
 }
 
@@ -77,8 +77,8 @@ Rgb DivergingMap::operator()(double t) const {
     return table_[std::size_t(std::lround(std::clamp(t, -1.0, 1.0) * half_table) + half_table)];
 }
 
-double signed_root(double t) {
+ITS_API double signed_root(double t) {
     return std::copysign(std::sqrt(std::abs(t)), t);
 }
 
-}  // namespace its::picture
+}  // namespace its::display

@@ -1,10 +1,9 @@
 // One mesh at one depth: builds its shell and counts samples on M that lie outside of it. One JSON object on
-// standard output; exit 1 on a violation, 2 if the mesh is refused. bench/validate runs it over a folder.
+// standard output; exit 1 on a violation, 2 if the mesh is refused. tools/validate runs it over a folder.
 #include <fmt/core.h>
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -15,6 +14,8 @@
 
 #include "its/mesh_file.h"
 #include "its/shell.h"
+#include "its/stopwatch.h"
+#include "main.h"
 
 namespace {
 
@@ -115,12 +116,12 @@ int validate(const char* file, int depth) {
     const its::MeshFile read = its::read_mesh(file);
     const its::Mesh& mesh = read.mesh;
     const std::uint64_t before = peak_bytes();
-    const auto start = std::chrono::steady_clock::now();
+    const its::Stopwatch watch;
     its::BuildOptions options;
     options.depth = depth;
     options.run.threads = 1;
     const its::ThinShell shell = its::build(mesh, options);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = watch.seconds();
     const std::uint64_t peak = peak_bytes();
 
     const its::ShellInfo& info = shell.info();
@@ -161,14 +162,8 @@ int validate(const char* file, int depth) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3) {
-        fmt::print(stderr, "usage: validate_mesh MESH DEPTH\n");
-        return 2;
-    }
-    try {
-        return validate(argv[1], std::atoi(argv[2]));
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "{}\n", error.what());
-        return 2;
-    }
+    return its::bench::guarded(argc, argv, "validate_mesh MESH DEPTH", [](int count, char** words) {
+        if (count != 3) its::bench::refuse(words[count - 1]);
+        return validate(words[1], std::atoi(words[2]));
+    });
 }

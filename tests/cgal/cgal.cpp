@@ -1,22 +1,23 @@
-#include "surface/cgal_judge.h"
+#include "cgal/cgal.h"
 
 #include <CGAL/AABB_face_graph_triangle_primitive.h>
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/shape_predicates.h>
 #include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <vector>
 
-namespace its::judge {
-
+namespace its::cgal {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -53,7 +54,79 @@ double volume(const Mesh& mesh) {
     return sum;
 }
 
+Kernel::Triangle_3 triangle(const Corners& corners) {
+    return {point(corners[0]), point(corners[1]), point(corners[2])};
+}
+
 }  // namespace
+
+struct Sides::Data {
+    SurfaceMesh mesh;
+    std::unique_ptr<CGAL::Side_of_triangle_mesh<SurfaceMesh, Kernel>> side = {};
+};
+
+Sides::Sides(const Mesh& mesh) : data_(std::make_unique<Data>()) {
+    if (mesh.triangles.empty() || !pmp::is_polygon_soup_a_polygon_mesh(polygons(mesh))) return;
+    data_->mesh = surface_mesh(mesh);
+    if (!CGAL::is_closed(data_->mesh)) return;
+    data_->side = std::make_unique<CGAL::Side_of_triangle_mesh<SurfaceMesh, Kernel>>(data_->mesh);
+    side(mesh.vertices[0]);  // builds its tree before threads share it
+}
+
+Sides::~Sides() = default;
+
+bool Sides::usable() const {
+    return data_->side != nullptr;
+}
+
+bool Sides::self_intersects() const {
+    return pmp::does_self_intersect(data_->mesh);
+}
+
+int Sides::side(const Vec3& p) const {
+    const CGAL::Bounded_side side = (*data_->side)(point(p));
+    return side == CGAL::ON_BOUNDED_SIDE ? -1 : side == CGAL::ON_BOUNDARY ? 0 : 1;
+}
+
+struct Distances::Data {
+    using Cartesian = CGAL::Simple_cartesian<double>;
+    using Triangles = std::vector<Cartesian::Triangle_3>;
+    using Traits =
+        CGAL::AABB_traits<Cartesian, CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iterator>>;
+
+    static Cartesian::Point_3 point(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+    Triangles triangles;
+    CGAL::AABB_tree<Traits> tree = {};
+    bool usable = true;
+};
+
+Distances::Distances(const Mesh& mesh) : data_(std::make_unique<Data>()) {
+    for (const Triangle& t : mesh.triangles) {
+        data_->triangles.emplace_back(Data::point(mesh.vertices[t[0]]), Data::point(mesh.vertices[t[1]]),
+                                      Data::point(mesh.vertices[t[2]]));
+        data_->usable &= !data_->triangles.back().is_degenerate();
+    }
+    if (data_->usable) data_->tree.rebuild(data_->triangles.begin(), data_->triangles.end());
+}
+
+Distances::~Distances() = default;
+
+bool Distances::usable() const {
+    return data_->usable;
+}
+
+double Distances::distance(const Vec3& p) const {
+    return std::sqrt(data_->tree.squared_distance(Data::point(p)));
+}
+
+bool is_degenerate(const Corners& corners) {
+    return triangle(corners).is_degenerate();
+}
+
+bool do_intersect(const Corners& s, const Corners& t) {
+    return CGAL::do_intersect(triangle(s), triangle(t));
+}
 
 std::string surface_defects(const Mesh& mesh) {
     if (mesh.triangles.empty()) return "empty";
@@ -74,14 +147,13 @@ std::size_t triangles_meeting(const Mesh& m, const Mesh& surface) {
     Tree tree(faces(s).first, faces(s).second, s);
     std::size_t meeting = 0;
     for (const Triangle& t : m.triangles) {
-        const Kernel::Triangle_3 triangle(point(m.vertices[t[0]]), point(m.vertices[t[1]]),
-                                          point(m.vertices[t[2]]));
-        if (!triangle.is_degenerate()) {
-            meeting += tree.do_intersect(triangle);
+        const Kernel::Triangle_3 whole = triangle({m.vertices[t[0]], m.vertices[t[1]], m.vertices[t[2]]});
+        if (!whole.is_degenerate()) {
+            meeting += tree.do_intersect(whole);
             continue;
         }
         for (int i = 0; i < 3; ++i) {
-            const Kernel::Segment_3 side(triangle[i], triangle[i + 1]);
+            const Kernel::Segment_3 side(whole[i], whole[i + 1]);
             if (!side.is_degenerate() && tree.do_intersect(side)) {
                 ++meeting;
                 break;
@@ -113,4 +185,4 @@ double distance(const Vec3& p, const Mesh& mesh) {
     return std::sqrt(least);
 }
 
-}  // namespace its::judge
+}  // namespace its::cgal

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "display/colour.h"
 #include "distance/closest_point.h"
 #include "geometry/vec3.h"
 #include "its/distance.h"
@@ -30,7 +31,7 @@ using namespace its;
 constexpr int width = 1600, panel_height = 720, foot = 130, samples = 64;
 constexpr double elevation = 14, crease = 40;  // degrees
 constexpr double margin = 0.08;
-constexpr picture::Rgb mesh_paint = {216, 211, 202}, near_paint = {196, 206, 214}, warm_paint = {240, 190, 90},
+constexpr display::Rgb mesh_paint = {216, 211, 202}, near_paint = {196, 206, 214}, warm_paint = {240, 190, 90},
                        far_paint = {206, 60, 52}, ink = {30, 32, 36}, pale_ink = {100, 104, 112};
 
 Box bounds_of(const Mesh& mesh) {
@@ -68,7 +69,7 @@ double distance_of(const Mesh& mesh, const Triangle& t, const distance::ClosestP
     return std::sqrt(worst);
 }
 
-picture::Body make_body(Mesh mesh, double smooth_below, const picture::Rgb& paint) {
+picture::Body make_body(Mesh mesh, double smooth_below, const display::Rgb& paint) {
     picture::Body body{std::move(mesh), {}, {}, picture::to_light(paint)};
     if (!body.mesh.triangles.empty()) body.bounds = bounds_of(body.mesh);
     body.normals = mesh::vertex_normals(body.mesh.vertices, body.mesh.triangles, smooth_below);

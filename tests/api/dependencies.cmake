@@ -1,0 +1,1 @@
+its_link_parts(test_api)
