@@ -316,13 +316,13 @@ void expect_wrapped_by_file(const ThinShell& shell, const Mesh& mesh, const std:
         write_mesh(surface.mesh, file, {.single = true, .origin = surface.report.origin});
         const Mesh read = read_mesh(file).mesh;
         ASSERT_EQ(read.triangles.size(), surface.mesh.triangles.size());
-        EXPECT_EQ(judge::surface_defects(read), "");
-        EXPECT_EQ(judge::triangles_meeting(mesh, read), 0);
+        EXPECT_EQ(cgal::surface_defects(read), "");
+        EXPECT_EQ(cgal::triangles_meeting(mesh, read), 0);
         if (side == SurfaceSide::outer) {
-            EXPECT_EQ(judge::vertices_not_inside(mesh, read), 0);
+            EXPECT_EQ(cgal::vertices_not_inside(mesh, read), 0);
         }
         if (side == SurfaceSide::inner && simple) {
-            EXPECT_EQ(judge::surface_not_inside(read, mesh), 0);
+            EXPECT_EQ(cgal::vertices_not_inside(read, mesh), 0);
         }
     }
 }
@@ -388,9 +388,9 @@ TEST(Surface, CoarseLatticesEncloseEveryPartOrSaySo) {
         EXPECT_TRUE(outer.report.certified) << outer.report.reason;
         EXPECT_EQ(outer.report.components, 2);
         EXPECT_EQ(outer.report.components_enclosed, 2);
-        EXPECT_EQ(judge::surface_defects(outer.mesh), "");
-        EXPECT_EQ(judge::triangles_meeting(two, outer.mesh), 0);
-        EXPECT_EQ(judge::vertices_not_inside(two, outer.mesh), 0);
+        EXPECT_EQ(cgal::surface_defects(outer.mesh), "");
+        EXPECT_EQ(cgal::triangles_meeting(two, outer.mesh), 0);
+        EXPECT_EQ(cgal::vertices_not_inside(two, outer.mesh), 0);
     }
     // At levels that are not to be moved one or both may be missed, and that is said.
     bool missed[3] = {};
@@ -411,8 +411,8 @@ TEST(Surface, CoarseLatticesEncloseEveryPartOrSaySo) {
     const Surface inner = extract_surface(build_at(cavity, 7), {.side = SurfaceSide::inner, .resolution = 8});
     if (!inner.report.empty) {
         EXPECT_TRUE(inner.report.certified) << inner.report.reason;
-        EXPECT_EQ(judge::triangles_meeting(cavity, inner.mesh), 0);
-        EXPECT_EQ(judge::surface_not_inside(inner.mesh, cavity), 0);
+        EXPECT_EQ(cgal::triangles_meeting(cavity, inner.mesh), 0);
+        EXPECT_EQ(cgal::vertices_not_inside(inner.mesh, cavity), 0);
     }
 }
 

@@ -160,11 +160,13 @@ auto changing(const shell_file::Section& section, const F& f) {
 }
 
 void change_header(Trial& trial) {
-    const std::uint64_t end = sizeof(shell_file::Header) + trial.file().table().size() * sizeof(shell_file::Section);
+    const std::uint64_t end =
+        sizeof(shell_file::Header) + trial.file().table().size() * sizeof(shell_file::Section);
     const auto is_checksum = [](std::uint64_t at) {
-        return at < sizeof(shell_file::Header) ? at >= offsetof(shell_file::Header, checksum)
-                                           : (at - sizeof(shell_file::Header)) % sizeof(shell_file::Section) >=
-                                                 offsetof(shell_file::Section, checksum);
+        return at < sizeof(shell_file::Header)
+                   ? at >= offsetof(shell_file::Header, checksum)
+                   : (at - sizeof(shell_file::Header)) % sizeof(shell_file::Section) >=
+                         offsetof(shell_file::Section, checksum);
     };
     trial.each("header and table: bytes", end, [&](Bytes& bytes, std::uint64_t i) {
         bytes[i] ^= std::byte(1);
@@ -289,7 +291,8 @@ void change_bounds(Trial& trial, const Mesh& mesh) {
     std::vector<double> low, high;
     attained(trial, mesh, low, high);
     for (const bool upper : {false, true}) {
-        const shell_file::Section& section = trial.file().section(upper ? shell_file::cell_upper : shell_file::cell_lower);
+        const shell_file::Section& section =
+            trial.file().section(upper ? shell_file::cell_upper : shell_file::cell_lower);
         for (const double by : {1e-6, 1e-3, 0.5})
             trial.each(fmt::format("local bounds: {} {} beyond f on M", upper ? "upper" : "lower", by),
                        section.count, [&](Bytes& bytes, std::uint64_t i) {
