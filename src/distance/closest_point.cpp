@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "base/platform/compiler.h"
 #include "base/rounding.h"
+#include "geometry/box.h"
 #include "geometry/vec3.h"
 
 namespace its::distance {
@@ -24,30 +25,16 @@ constexpr std::uint64_t grain = 4096;
 /// (docs/design/distance.md), and the roundings of the comparison (fewer than 16).
 constexpr double distance_slack = 128;
 
-struct Bound {
-    Vec3 min{infinity(), infinity(), infinity()}, max{-infinity(), -infinity(), -infinity()};
-
-    static constexpr double infinity() { return std::numeric_limits<double>::infinity(); }
-    void include(const Vec3& p) {
-        for (int axis = 0; axis < 3; ++axis) {
-            min[axis] = std::min(min[axis], p[axis]);
-            max[axis] = std::max(max[axis], p[axis]);
-        }
-    }
-    void include(const Bound& b) {
-        include(b.min);
-        include(b.max);
-    }
-    double half_area() const {
-        const Vec3 d = max - min;
-        return d.x < 0 ? 0 : d.x * d.y + d.y * d.z + d.z * d.x;
-    }
-};
+/// Of the surface of a box; 0 if it is empty.
+double half_area(const Box& box) {
+    const Vec3 d = box.max - box.min;
+    return d.x < 0 ? 0 : d.x * d.y + d.y * d.z + d.z * d.x;
+}
 
 /// A range of the triangles' order, with its box.
 struct Range {
     std::uint32_t begin = 0, end = 0;
-    Bound box;
+    Box box = geometry::empty_box;
     std::uint32_t size() const { return end - begin; }
 };
 
@@ -55,9 +42,9 @@ struct Range {
 class Splitter {
 public:
     Splitter(std::span<const Vec3> vertices, std::span<const Triangle> triangles)
-        : box_(triangles.size()), order_(triangles.size()) {
+        : box_(triangles.size(), geometry::empty_box), order_(triangles.size()) {
         parallel_for(triangles.size(), grain, [&](std::uint64_t i) {
-            for (const std::uint32_t v : triangles[i]) box_[i].include(vertices[v]);
+            for (const std::uint32_t v : triangles[i]) geometry::extend(box_[i], vertices[v]);
             order_[i] = std::uint32_t(i);
         });
     }
@@ -67,7 +54,7 @@ public:
 
     /// Two parts of a range of more than `arity` triangles, neither empty.
     std::pair<Range, Range> split(const Range& r, int depth) {
-        const Bound centres = centre_bounds(r);
+        const Box centres = centre_bounds(r);
         int axis = 0;
         const Vec3 extent = centres.max - centres.min;
         for (int a = 1; a < 3; ++a)
@@ -81,7 +68,7 @@ public:
 private:
     Range range(std::uint32_t begin, std::uint32_t end) const {
         Range r{begin, end, {}};
-        for (std::uint32_t i = begin; i < end; ++i) r.box.include(box_[order_[i]]);
+        for (std::uint32_t i = begin; i < end; ++i) geometry::extend(r.box, box_[order_[i]]);
         return r;
     }
 
@@ -89,44 +76,45 @@ private:
         return 0.5 * (box_[triangle].min[axis] + box_[triangle].max[axis]);
     }
 
-    Bound centre_bounds(const Range& r) const {
-        Bound b;
+    Box centre_bounds(const Range& r) const {
+        Box b = geometry::empty_box;
         for (std::uint32_t i = r.begin; i < r.end; ++i)
-            b.include(Vec3{centre(order_[i], 0), centre(order_[i], 1), centre(order_[i], 2)});
+            geometry::extend(b, Vec3{centre(order_[i], 0), centre(order_[i], 1), centre(order_[i], 2)});
         return b;
     }
 
     /// Cheapest of the planes between bins. Costs count blocks of triangles, since a leaf costs the same full
     /// or not.
-    std::uint32_t partition(const Range& r, const Bound& centres, int axis) {
+    std::uint32_t partition(const Range& r, const Box& centres, int axis) {
         const double from = centres.min[axis], per_unit = bins / (centres.max[axis] - from);
         const auto bin_of = [&](std::uint32_t t) {
             return std::clamp(int((centre(t, axis) - from) * per_unit), 0, bins - 1);
         };
-        std::array<Bound, bins> box;
+        std::array<Box, bins> box;
+        box.fill(geometry::empty_box);
         std::array<std::uint32_t, bins> count{};
         for (std::uint32_t i = r.begin; i < r.end; ++i) {
             const int b = bin_of(order_[i]);
-            box[b].include(box_[order_[i]]);
+            geometry::extend(box[b], box_[order_[i]]);
             ++count[b];
         }
-        const auto cost = [](const Bound& b, std::uint32_t n) {
+        const auto cost = [](const Box& b, std::uint32_t n) {
             const std::uint32_t blocks = (n + arity - 1) / arity;
-            return b.half_area() * blocks;
+            return half_area(b) * blocks;
         };
         std::array<double, bins> right{};
-        Bound sweep;
+        Box sweep = geometry::empty_box;
         std::uint32_t n = 0;
         for (int b = bins - 1; b > 0; --b) {
-            sweep.include(box[b]);
+            geometry::extend(sweep, box[b]);
             right[b] = cost(sweep, n += count[b]);
         }
         sweep = {};
         n = 0;
         int best = 1;
-        double least = Bound::infinity();
+        double least = std::numeric_limits<double>::infinity();
         for (int b = 1; b < bins; ++b) {
-            sweep.include(box[b - 1]);
+            geometry::extend(sweep, box[b - 1]);
             n += count[b - 1];
             const double total = cost(sweep, n) + right[b];
             if (n > 0 && n < r.size() && total < least) {
@@ -149,7 +137,7 @@ private:
         return middle;
     }
 
-    std::vector<Bound> box_;
+    std::vector<Box> box_;
     std::vector<std::uint32_t> order_;
 };
 
@@ -166,7 +154,7 @@ Children split_into_children(Splitter& splitter, const Range& range, int depth) 
         int largest = -1;
         for (int i = 0; i < children.count; ++i)
             if (children.range[i].size() > arity &&
-                (largest < 0 || children.range[i].box.half_area() > children.range[largest].box.half_area()))
+                (largest < 0 || half_area(children.range[i].box) > half_area(children.range[largest].box)))
                 largest = i;
         if (largest < 0) break;
         const auto [left, right] = splitter.split(children.range[largest], depth);
@@ -190,7 +178,7 @@ void set_boxes(ClosestPointTree::Node& node, const Children& children, const Clo
             node.min[axis][i] = far_away;
             node.max[axis][i] = -far_away;
             if (i >= children.count) continue;
-            const Bound& b = children.range[i].box;
+            const Box& b = children.range[i].box;
             node.min[axis][i] =
                 rounded_outward((b.min[axis] - frame.centre[axis] - margin) * frame.inverse_scale, -far_away);
             node.max[axis][i] =

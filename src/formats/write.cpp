@@ -10,6 +10,7 @@
 #include "base/single.h"
 #include "formats/readers.h"
 #include "formats/writers.h"
+#include "geometry/box.h"
 #include "its/mesh_file.h"
 #include "mesh/arrays.h"
 #include "mesh/attributes.h"
@@ -134,8 +135,8 @@ bool keeps_doubles(const std::filesystem::path& path) {
 }
 
 Vec3 glb_origin(std::span<const MeshView> meshes) {
-    Box box = empty_box;
-    for (const MeshView& mesh : meshes) extend(box, mesh::Native(mesh).arrays());
+    Box box = geometry::empty_box;
+    for (const MeshView& mesh : meshes) geometry::extend(box, geometry::bounds(mesh::Native(mesh).arrays().vertices));
     return glb_centre(box);
 }
 

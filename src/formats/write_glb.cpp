@@ -8,6 +8,7 @@
 
 #include "formats/colours.h"
 #include "formats/writers.h"
+#include "geometry/box.h"
 #include "geometry/vec3.h"
 #include "its/mesh_file.h"
 #include "its/version.h"
@@ -30,8 +31,8 @@ std::uint64_t bytes_of(const GlbMesh& named) {
 
 /// Bounds of all vertices.
 Box bounds_of(std::span<const GlbMesh> meshes) {
-    Box box = empty_box;
-    for (const GlbMesh& named : meshes) extend(box, named.mesh);
+    Box box = geometry::empty_box;
+    for (const GlbMesh& named : meshes) geometry::extend(box, geometry::bounds(named.mesh.vertices));
     return box;
 }
 
@@ -130,14 +131,6 @@ Vec3 glb_centre(const Box& box) {
         far = std::max({far, std::abs(box.min[axis]), std::abs(box.max[axis])});
     }
     return far > 4 * size ? 0.5 * box.min + 0.5 * box.max : Vec3{};
-}
-
-void extend(Box& box, const mesh::Arrays& mesh) {
-    for (const Vec3& v : mesh.vertices)
-        for (int axis = 0; axis < 3; ++axis) {
-            box.min[axis] = std::min(box.min[axis], v[axis]);
-            box.max[axis] = std::max(box.max[axis], v[axis]);
-        }
 }
 
 std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOptions& options,

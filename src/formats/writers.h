@@ -54,9 +54,6 @@ std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOpt
 /// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away
 /// that 32 bits would lose more than two of them.
 Vec3 glb_centre(const Box& box);
-/// Grows the box to hold all vertices. Of none at all it is the empty box, lower corner above the upper one.
-void extend(Box& box, const mesh::Arrays& mesh);
-inline constexpr Box empty_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
 /// \throws InputError on what would make a file that cannot be read back.
 void check_writable(const mesh::Arrays& mesh, bool single_precision);

@@ -7,19 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "geometry/box.h"
 #include "its/base.h"
 
 namespace its::geometry {
-
-inline bool overlap(const Box& a, const Box& b) {
-    return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y &&
-           a.min.z <= b.max.z && b.min.z <= a.max.z;
-}
-
-inline void extend(Box& box, const Vec3& p) {
-    box.min = {std::min(box.min.x, p.x), std::min(box.min.y, p.y), std::min(box.min.z, p.z)};
-    box.max = {std::max(box.max.x, p.x), std::max(box.max.y, p.y), std::max(box.max.z, p.z)};
-}
 
 /// A balanced binary tree over boxes: finds those that satisfy a condition which the box around several
 /// satisfies whenever one of them does.

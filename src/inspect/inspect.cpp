@@ -8,6 +8,7 @@
 #include "base/disjoint_sets.h"
 #include "base/names.h"
 #include "base/parallel.h"
+#include "geometry/box.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 #include "inspect/cycle.h"
@@ -33,46 +34,21 @@ struct EdgeCounts {
     std::vector<UnbalancedEdge> unbalanced;
 };
 
-/// Counts edges, from the triangles for which `use` holds, none of which repeats a corner. Sorted by
-/// their lower end (counting sort), then, within each point's few, by the other.
+/// Counts edges, from the triangles for which `use` holds, none of which repeats a corner.
 template <class Use>
 EdgeCounts count_edges(const mesh::Merged& mesh, Use&& use) {
-    std::vector<std::uint64_t> begin(mesh.points.size() + 1);
-    const auto for_edges = [&](auto&& fn) {
-        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-            if (!use(i)) continue;
-            const Triangle& t = mesh.triangles[i];
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::uint32_t a = t[k], b = t[k == 2 ? 0 : k + 1];
-                fn(std::min(a, b), std::max(a, b), a < b);
-            }
-        }
-    };
-    for_edges([&](std::uint32_t low, std::uint32_t, bool) { ++begin[low + 1]; });
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<std::uint64_t> uses(begin.back());  // the higher end, and in the last bit the direction
-    std::vector<std::uint64_t> at(begin.begin(), begin.end() - 1);
-    for_edges([&](std::uint32_t low, std::uint32_t high, bool upwards) {
-        uses[at[low]++] = std::uint64_t{high} << 1 | std::uint64_t{upwards};
-    });
     EdgeCounts counts;
-    for (std::size_t low = 0; low + 1 < begin.size(); ++low) {
-        std::sort(uses.begin() + std::ptrdiff_t(begin[low]), uses.begin() + std::ptrdiff_t(begin[low + 1]));
-        for (std::uint64_t i = begin[low]; i < begin[low + 1];) {
-            std::uint64_t down = 0, up = 0;
-            const std::uint64_t high = uses[i] >> 1;
-            for (; i < begin[low + 1] && uses[i] >> 1 == high; ++i) {
-                ++((uses[i] & 1) != 0 ? up : down);
-            }
-            ++counts.edges;
-            counts.boundary += up + down == 1;
-            counts.nonmanifold += up + down > 2;
-            counts.inconsistent += up + down == 2 && up != down;
-            if (up != down)
-                counts.unbalanced.push_back({std::uint32_t(low), std::uint32_t(high), std::int64_t(up - down)});
-            counts.odd += (up + down) % 2;
-        }
-    }
+    mesh::for_edges(mesh, use, [&](std::uint32_t low, std::span<const mesh::EdgeUse> uses) {
+        const auto up =
+            std::int64_t(std::count_if(uses.begin(), uses.end(), [](const auto& u) { return u.upwards; }));
+        const std::int64_t excess = 2 * up - std::int64_t(uses.size());
+        ++counts.edges;
+        counts.boundary += uses.size() == 1;
+        counts.nonmanifold += uses.size() > 2;
+        counts.inconsistent += uses.size() == 2 && excess != 0;
+        counts.odd += uses.size() % 2;
+        if (excess != 0) counts.unbalanced.push_back({low, uses[0].high, excess});
+    });
     return counts;
 }
 
@@ -110,17 +86,6 @@ std::uint64_t count_components(const mesh::Merged& mesh) {
     return components;
 }
 
-Box bounds_of(const std::vector<Vec3>& points) {
-    Box box{points.front(), points.front()};
-    for (const Vec3& p : points) {
-        for (int axis = 0; axis < 3; ++axis) {
-            box.min[axis] = std::min(box.min[axis], p[axis]);
-            box.max[axis] = std::max(box.max[axis], p[axis]);
-        }
-    }
-    return box;
-}
-
 double volume_of(const mesh::Merged& mesh, const Box& box) {
     const Vec3 centre = 0.5 * box.min + 0.5 * box.max;
     double sum = 0;
@@ -148,7 +113,7 @@ void all_around(std::vector<std::uint8_t>& turn, std::size_t triangles) {
 }
 
 /// The boundary cancels: winding numbers are whole.
-void decide_cycle(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
+void decide_cycle(const mesh::Merged& mesh, Inspection& out) {
     MeshReport& report = out.report;
     report.sign = SignRule::winding;
     report.sign_reason =
@@ -160,11 +125,11 @@ void decide_cycle(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspecti
                   report.t_junctions);
     report.sign_advice = SignAdvice::around_both_sides;
     if (!(report.signed_volume < 0)) return;
-    if (sample_sides(mesh, merged).any_inside) {
+    if (sample_sides(mesh, winding::Filling(mesh)).any_inside) {
         report.sign_reason += "; more volume is enclosed inside out than right side out, and stays outside";
         return;
     }
-    all_around(out.turn, merged.triangles.size());
+    all_around(out.turn, mesh.triangles.size());
     report.sign_reason +=
         "; the mesh is inside out (its signed volume is negative, and nothing has a positive winding number), "
         "so all triangles are turned around";
@@ -213,7 +178,7 @@ std::string repair_text(const Directions& directions) {
 }
 
 /// Some edge has an odd number of triangles: M has a boundary.
-void decide_open(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
+void decide_open(const mesh::Merged& mesh, Inspection& out) {
     MeshReport& report = out.report;
     report.sign = SignRule::unsigned_rule;
     report.sign_advice =
@@ -226,7 +191,7 @@ void decide_open(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspectio
             report.open_odd_edges);
         return;
     }
-    Directions directions = choose_directions(mesh, merged, report.inconsistent_edges);
+    Directions directions = choose_directions(mesh, report.inconsistent_edges);
     report.separating = directions.separating;
     std::string state =
         fmt::format("{} edges are not used equally often in both directions", report.open_edges);
@@ -251,19 +216,20 @@ void decide_open(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspectio
     report.sign_advice = SignAdvice::with_holes_open;
     report.repaired = directions.repaired;
     out.turn = std::move(directions.turn);
+    out.filling = std::move(directions.filling);
 }
 
-void choose_sign(const mesh::Arrays& mesh, const mesh::Merged& merged, Inspection& out) {
+void choose_sign(const mesh::Merged& mesh, Inspection& out) {
     MeshReport& report = out.report;
     if (report.degenerate == report.triangles) {
         report.sign = SignRule::unsigned_rule;
         report.sign_reason = "every triangle has zero area, so nothing can be inside";
     } else if (report.open_edges == 0) {
-        decide_cycle(mesh, merged, out);
+        decide_cycle(mesh, out);
     } else if (report.open_odd_edges == 0) {
-        decide_even(merged, out);
+        decide_even(mesh, out);
     } else {
-        decide_open(mesh, merged, out);
+        decide_open(mesh, out);
     }
     report.turned = std::uint64_t(std::count(out.turn.begin(), out.turn.end(), 1));
 }
@@ -372,9 +338,9 @@ Inspection inspector::examine(const mesh::Arrays& mesh) {
     report.euler = std::int64_t(report.vertices) - std::int64_t(edges.edges) + std::int64_t(faces);
     report.closed = report.boundary_edges == 0 || report.open_odd_edges == 0;
     report.oriented = report.inconsistent_edges == 0;
-    report.bounds = bounds_of(merged.points);
+    report.bounds = geometry::bounds(merged.points);
     report.signed_volume = volume_of(merged, report.bounds);
-    choose_sign(mesh, merged, out);
+    choose_sign(merged, out);
     if (out.turn.empty())
         examine_parts(merged, out);
     else

@@ -1,18 +1,22 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "its/inspect.h"
 #include "mesh/arrays.h"
+#include "winding/filling.h"
 
 namespace its::inspector {
 
 /// inspect(), with what `auto` does to the mesh before it builds.
 struct Inspection {
     MeshReport report;
-    std::vector<std::uint8_t> turn;       ///< 1 for each triangle to turn around; empty: none
+    std::vector<std::uint8_t> turn;  ///< 1 for each triangle to turn around; empty: none
+    /// What fills the holes of the mesh with these turned around, where it was looked at: signs need it again.
+    std::optional<winding::Filling> filling;
     std::vector<std::uint8_t> part_turn;  ///< those to turn around besides, for turn_parts(); empty: none
 };
 

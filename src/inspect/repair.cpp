@@ -22,11 +22,10 @@ std::uint64_t count_inconsistent(const mesh::Merged& mesh) {
 }
 
 /// What becomes of the mesh with these triangles turned around.
-Directions judge(const mesh::Arrays& mesh, const mesh::Merged& merged, std::vector<std::uint8_t> turn) {
+Directions judge(const mesh::Merged& mesh, std::vector<std::uint8_t> turn) {
     Directions out;
-    const mesh::Merged after{merged.points, turned(merged.triangles, turn)};
-    const std::vector<Triangle> triangles = turned({mesh.triangles.begin(), mesh.triangles.end()}, turn);
-    const Sides sides = sample_sides({mesh.vertices, triangles}, after);
+    const mesh::Merged after{mesh.points, turned(mesh.triangles, turn)};
+    const Sides sides = sample_sides(after, out.filling.emplace(after));
     out.repaired = std::uint64_t(std::count(turn.begin(), turn.end(), 1));
     out.inconsistent = count_inconsistent(after);
     out.reversed = sides.reversed > sides.separates;
@@ -37,27 +36,29 @@ Directions judge(const mesh::Arrays& mesh, const mesh::Merged& merged, std::vect
 
 }  // namespace
 
-Directions choose_directions(const mesh::Arrays& mesh, const mesh::Merged& merged, std::uint64_t inconsistent) {
+Directions choose_directions(const mesh::Merged& mesh, std::uint64_t inconsistent) {
     Directions best;
     bool found = false;
     /// \return whether more is not needed
     const auto consider = [&](std::vector<std::uint8_t> turn) {
         if (found && turn == best.turn) return false;
-        Directions one = judge(mesh, merged, std::move(turn));
+        Directions one = judge(mesh, std::move(turn));
         if (!found || one.separating > best.separating) best = std::move(one);
         found = true;
         return best.separating >= nearly_all;
     };
-    const std::vector<std::uint8_t> as_given(merged.triangles.size(), 0);
+    const std::vector<std::uint8_t> as_given(mesh.triangles.size(), 0);
     const auto choose = [&] {
         if (inconsistent == 0 && consider(as_given)) return;
-        const Patches patches = find_patches(merged);
-        if (consider(majority_turns(merged, patches))) return;
-        if (inconsistent > 0) consider(outward_turns(merged, patches, false));
+        const Patches patches = find_patches(mesh);
+        if (consider(majority_turns(mesh, patches))) return;
+        if (inconsistent > 0) consider(outward_turns(mesh, patches, false));
     };
     choose();
-    if (best.reversed)
+    if (best.reversed) {
         for (std::uint8_t& turn : best.turn) turn ^= 1;
+        best.filling.reset();
+    }
     if (std::count(best.turn.begin(), best.turn.end(), 1) == 0) best.turn.clear();
     return best;
 }

@@ -8,7 +8,6 @@
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
 #include "mesh/arrays.h"
-#include "winding/filling.h"
 #include "winding/x_rays.h"
 
 namespace its::inspector {
@@ -62,19 +61,17 @@ double filling_winding(const winding::Filling& filling, const winding::XRays& ra
 
 }  // namespace
 
-Sides sample_sides(const mesh::Arrays& mesh, const mesh::Merged& merged) {
-    const std::vector<SurfacePoint> points = spread_points(merged);
+Sides sample_sides(const mesh::Merged& mesh, const winding::Filling& filling) {
+    const std::vector<SurfacePoint> points = spread_points(mesh);
     if (points.empty()) return {};
-    const winding::Filling filling(mesh);
     const mesh::Arrays& surface = filling.surface();
-    const winding::XRays rays(merged.points, merged.triangles),
-        filling_rays(surface.vertices, surface.triangles);
+    const winding::XRays rays(mesh.points, mesh.triangles), filling_rays(surface.vertices, surface.triangles);
     std::vector<Sides> found(points.size());
     parallel_for(points.size(), 1, [&](std::uint64_t i) {
         const auto& [triangle, p] = points[i];
-        const Triangle& t = merged.triangles[triangle];
+        const Triangle& t = mesh.triangles[triangle];
         const int side =
-            geometry::perturbed_orient3d(merged.points[t[0]], merged.points[t[1]], merged.points[t[2]], p);
+            geometry::perturbed_orient3d(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], p);
         const double w =
             rays.crossings(p) + filling_rays.crossings(p) - filling_winding(filling, filling_rays, p);
         const double outside = side > 0 ? w : w - 1, inside = outside + 1;

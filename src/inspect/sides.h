@@ -1,7 +1,7 @@
 #pragma once
 
-#include "mesh/arrays.h"
 #include "mesh/merged.h"
+#include "winding/filling.h"
 
 namespace its::inspector {
 
@@ -15,7 +15,7 @@ struct Sides {
     bool any_inside = false;  ///< some sample has a winding number over ½ on either side
 };
 
-/// \param mesh, merged  the same mesh
-Sides sample_sides(const mesh::Arrays& mesh, const mesh::Merged& merged);
+/// \param filling  of this mesh
+Sides sample_sides(const mesh::Merged& mesh, const winding::Filling& filling);
 
 }  // namespace its::inspector

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "mesh/arrays.h"
@@ -54,7 +55,9 @@ void for_edges(const Merged& mesh, Use&& use, F&& fn) {
     for (std::size_t low = 0; low + 1 < begin.size(); ++low) {
         const auto first = uses.begin() + std::ptrdiff_t(begin[low]),
                    last = uses.begin() + std::ptrdiff_t(begin[low + 1]);
-        std::stable_sort(first, last, [](const EdgeUse& a, const EdgeUse& b) { return a.high < b.high; });
+        std::sort(first, last, [](const EdgeUse& a, const EdgeUse& b) {
+            return std::pair(a.high, a.triangle) < std::pair(b.high, b.triangle);
+        });
         for (auto it = first; it != last;) {
             const auto end = std::find_if(it, last, [&](const EdgeUse& e) { return e.high != it->high; });
             fn(std::uint32_t(low), std::span<const EdgeUse>(&*it, std::size_t(end - it)));

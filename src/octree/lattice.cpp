@@ -1,4 +1,5 @@
 #include "octree/lattice.h"
+#include "geometry/box.h"
 #include "mesh/arrays.h"
 
 #include <fmt/format.h>
@@ -29,14 +30,7 @@ double largest_coordinate(const Box& box) {
 }  // namespace
 
 ITS_API Box bounds(const mesh::Arrays& mesh) {
-    Box box{mesh.vertices[mesh.triangles[0][0]], mesh.vertices[mesh.triangles[0][0]]};
-    for (const Triangle& t : mesh.triangles)
-        for (const std::uint32_t v : t)
-            for (int axis = 0; axis < 3; ++axis) {
-                box.min[axis] = std::min(box.min[axis], mesh.vertices[v][axis]);
-                box.max[axis] = std::max(box.max[axis], mesh.vertices[v][axis]);
-            }
-    return box;
+    return geometry::bounds(mesh.vertices, mesh.triangles);
 }
 
 namespace {

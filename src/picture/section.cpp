@@ -1,4 +1,5 @@
 #include "picture/section.h"
+#include "geometry/box.h"
 #include "mesh/arrays.h"
 
 #include <algorithm>
@@ -27,16 +28,11 @@ Plane normal_plane(const Vec3& normal) {
 }
 
 Box extent(const mesh::Arrays& mesh, const Plane& plane) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    Box box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    Box box = geometry::empty_box;
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t) {
             const Point2 p = plane.project(mesh.vertices[v]);
-            const Vec3 at{p.x, p.y, plane.height(mesh.vertices[v])};
-            for (int axis = 0; axis < 3; ++axis) {
-                box.min[axis] = std::min(box.min[axis], at[axis]);
-                box.max[axis] = std::max(box.max[axis], at[axis]);
-            }
+            geometry::extend(box, Vec3{p.x, p.y, plane.height(mesh.vertices[v])});
         }
     return box;
 }

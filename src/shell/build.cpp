@@ -156,6 +156,8 @@ public:
         positions_ = lattice_positions(mesh, shell_.lattice);
         if (!options.turn_parts || !directed) oriented_ = mesh::copy_of(mesh);
         if (!options.sign) oriented_ = inspector::turned(std::move(oriented_), inspection_.turn);
+        const bool as_inspected = !options.sign || inspection_.turn.empty();
+        if (sign_ != SignRule::generalized || !as_inspected) inspection_.filling.reset();
     }
 
     void find_cells() {
@@ -168,7 +170,8 @@ public:
         seconds_.octree = octree_time.seconds();
 
         const Stopwatch sign_time;
-        signs_.emplace(sign_, oriented_, shell_.lattice, voxels_, parts_.until(shares_.signs));
+        signs_.emplace(sign_, oriented_, shell_.lattice, voxels_, parts_.until(shares_.signs),
+                       std::exchange(inspection_.filling, {}));
         seconds_.signs = sign_time.seconds();
 
         const Stopwatch tree_time;

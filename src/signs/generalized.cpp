@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/parallel.h"
 #include "base/progress.h"
@@ -98,9 +99,10 @@ winding::Octants& GeneralizedSigns::octants(const Cube& cube, Scratch& scratch) 
 }
 
 GeneralizedSigns::GeneralizedSigns(const mesh::Arrays& mesh, const octree::Lattice& lattice,
-                                   const octree::Voxels& voxels, const Progress& progress)
+                                   const octree::Voxels& voxels, const Progress& progress,
+                                   std::optional<winding::Filling> filling)
     : lattice_(lattice),
-      filling_(mesh),
+      filling_(filling ? *std::move(filling) : winding::Filling(mesh)),
       space_(filling_),
       mesh_lines_(mesh, lattice, voxels, Parts(progress).until(0.5)),
       filling_lines_(filling_.surface(), lattice, mesh_lines_, Parts(progress, 0.5).until(1)) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "mesh/arrays.h"
@@ -20,9 +21,10 @@ namespace its::signs {
 /// number of F; see docs/design/signs.md for bounds and cost.
 class GeneralizedSigns {
 public:
-    /// \param voxels  of the same mesh and lattice
+    /// \param voxels   of the same mesh and lattice
+    /// \param filling  of this mesh, where it is there already
     GeneralizedSigns(const mesh::Arrays& mesh, const octree::Lattice& lattice, const octree::Voxels& voxels,
-                     const Progress& progress);
+                     const Progress& progress, std::optional<winding::Filling> filling = {});
 
     GeneralizedSigns(const GeneralizedSigns&) = delete;
     GeneralizedSigns& operator=(const GeneralizedSigns&) = delete;

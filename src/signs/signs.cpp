@@ -1,5 +1,7 @@
 #include "signs/signs.h"
 
+#include <utility>
+
 #include "base/progress.h"
 #include "its/inspect.h"
 #include "mesh/arrays.h"
@@ -7,7 +9,7 @@
 namespace its::signs {
 
 Signs::Signs(SignRule rule, const mesh::Arrays& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
-             const Progress& progress)
+             const Progress& progress, std::optional<winding::Filling> filling)
     : rule_(rule) {
     if (rule == SignRule::unsigned_rule) return;
     if (rule != SignRule::generalized) {
@@ -15,7 +17,7 @@ Signs::Signs(SignRule rule, const mesh::Arrays& mesh, const octree::Lattice& lat
         return;
     }
     Parts parts(progress);
-    generalized_.emplace(mesh, lattice, voxels, parts.until(0.2));
+    generalized_.emplace(mesh, lattice, voxels, parts.until(0.2), std::move(filling));
     generalized_->add_flip_cells(voxels, parts.until(1));
 }
 

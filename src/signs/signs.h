@@ -14,9 +14,10 @@ namespace its::signs {
 /// distances are there.
 class Signs {
 public:
-    /// \param voxels  receives further finest cells, without triangles: where inside and outside meet in a hole
+    /// \param voxels   receives further finest cells, without triangles: where inside and outside meet in a
+    /// hole \param filling  of this mesh, where it is there already
     Signs(SignRule rule, const mesh::Arrays& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
-          const Progress& progress);
+          const Progress& progress, std::optional<winding::Filling> filling = {});
 
     /// Makes distances inside negative. The sides of cells are left out for the rules that have no whole
     /// winding numbers.

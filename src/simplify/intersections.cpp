@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/box.h"
 #include "geometry/vec3.h"
 
 namespace its::simplifier {
@@ -16,19 +17,7 @@ NumberedTriangle numbered(const Complex& mesh, std::uint32_t t) {
 }
 
 Box box_of(const std::array<Vec3, 3>& corner) {
-    Box box{corner[0], corner[0]};
-    for (const Vec3& p : corner)
-        for (int axis = 0; axis < 3; ++axis) {
-            box.min[axis] = std::min(box.min[axis], p[axis]);
-            box.max[axis] = std::max(box.max[axis], p[axis]);
-        }
-    return box;
-}
-
-bool apart(const Box& a, const Box& b) {
-    for (int axis = 0; axis < 3; ++axis)
-        if (a.max[axis] < b.min[axis] || b.max[axis] < a.min[axis]) return true;
-    return false;
+    return geometry::bounds(corner);
 }
 
 std::uint64_t key(std::uint64_t cell, int level) {
@@ -40,21 +29,18 @@ std::uint64_t key(std::uint64_t cell, int level) {
 
 TriangleGrid::TriangleGrid(const Complex& mesh) {
     mark_.assign(mesh.triangles(), 0);
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+    Box bounds = geometry::empty_box;
     double sum = 0;
     for (std::uint32_t t = 0; t < mesh.triangles(); ++t) {
         if (!mesh.has_triangle(t)) continue;
         const Box box = box_of(numbered(mesh, t).corner);
-        for (int axis = 0; axis < 3; ++axis) {
-            low[axis] = std::min(low[axis], box.min[axis]);
-            high[axis] = std::max(high[axis], box.max[axis]);
-        }
+        geometry::extend(bounds, box);
         const Vec3 d = box.max - box.min;
         sum += std::max({d.x, d.y, d.z});
     }
-    origin_ = low;
-    const double side = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+    origin_ = bounds.min;
+    const Vec3 extent = bounds.max - bounds.min;
+    const double side = std::max({extent.x, extent.y, extent.z});
     width_ = std::max(sum / double(std::max<std::uint64_t>(mesh.living_triangles(), 1)), side * 0x1p-18);
     if (!(width_ > 0)) width_ = 1;
     for (std::uint32_t t = 0; t < mesh.triangles(); ++t)
@@ -121,7 +107,7 @@ void TriangleGrid::for_met(const NumberedTriangle& triangle, const Complex& mesh
                 if (mark_[t] == epoch_) continue;
                 mark_[t] = epoch_;
                 const NumberedTriangle other = numbered(mesh, t);
-                if (apart(box, box_of(other.corner)) || !intersect(triangle, other)) continue;
+                if (!geometry::overlap(box, box_of(other.corner)) || !intersect(triangle, other)) continue;
                 going = fn();
                 if (!going) return;
             }

@@ -10,8 +10,6 @@
 #include "base/platform/compiler.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
-#include "mesh/arrays.h"
-#include "mesh/merged.h"
 #include "winding/expansion.h"
 
 namespace its::winding {
@@ -125,8 +123,7 @@ void add_half_lune(AngleSums<1>& sum, const Seen& a, const Seen& b, int side) {
 
 }  // namespace
 
-Filling::Filling(const mesh::Arrays& mesh) {
-    const mesh::Merged merged = mesh::merge(mesh);
+Filling::Filling(const mesh::Merged& merged) {
     std::vector<std::uint32_t> number(merged.points.size(), none);
     std::vector<std::uint32_t> roots;
     for_loops(boundary_edges(merged), [&](std::span<const std::uint32_t> loop) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mesh/arrays.h"
+#include "mesh/merged.h"
 #include "winding/solid_angle.h"
 
 /// A surface F that closes a mesh with boundary, and its winding number.
@@ -23,8 +24,9 @@ struct WindingEstimate {
 
 class Filling {
 public:
+    explicit Filling(const mesh::Merged& mesh);
     /// \throws InputError on what inspect() refuses.
-    explicit Filling(const mesh::Arrays& mesh);
+    explicit Filling(const mesh::Arrays& mesh) : Filling(mesh::merge(mesh)) {}
 
     bool empty() const { return nodes_.empty(); }
     std::uint64_t edges() const { return edge_count_; }  ///< of the boundary, with multiplicity

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "geometry/box.h"
 #include "geometry/predicates.h"
 
 namespace its::winding {
@@ -18,13 +19,7 @@ constexpr std::uint64_t entries_per_triangle = 8;  // on average, at most
 XRays::XRays(std::span<const Vec3> points, std::span<const Triangle> triangles)
     : points_(points), triangles_(triangles) {
     if (triangles.empty()) return;
-    box_ = {points[triangles[0][0]], points[triangles[0][0]]};
-    for (const Triangle& t : triangles)
-        for (const std::uint32_t v : t)
-            for (int axis = 0; axis < 3; ++axis) {
-                box_.min[axis] = std::min(box_.min[axis], points[v][axis]);
-                box_.max[axis] = std::max(box_.max[axis], points[v][axis]);
-            }
+    box_ = geometry::bounds(points, triangles);
     side_ = std::int64_t(std::clamp(0.5 * std::sqrt(double(triangles.size())), 1.0, most_bins));
     const auto for_ranges = [&](auto&& fn) {
         for (std::uint32_t i = 0; i < triangles.size(); ++i) {
