@@ -158,7 +158,7 @@ void add_statistics(const std::string& name, const PointSet& set, const Query& q
                     const octree::Cell finest = query::finest_cell(u);
                     const query::Place at = query::descend(index.levels.data(), 0, shell.octree.depth, finest);
                     if (!at.marked) continue;
-                    const query::SurfacePoint point{at.group, at.child, finest, query::local_in(u, finest)};
+                    const query::SurfacePoint point = query::surface_point(at, finest, u);
                     double value[8];
                     const double f = query::surface_value(index, point, value);
                     const query::Decision how = query::how_decided(index, point);

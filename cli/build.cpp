@@ -9,6 +9,7 @@
 #include "its/mesh_file.h"
 #include "its/shell.h"
 #include "its/shell_file.h"
+#include "length.h"
 #include "parts.h"
 #include "report.h"
 #include "weld.h"
@@ -22,6 +23,8 @@ struct Options {
     bool force = false;
     BuildOptions build;
     WeldOption weld;
+    LengthOption thickness;
+    bool strict = false;
 };
 
 /// A build that was done, or found done.
@@ -121,6 +124,9 @@ Built build_and_save(const Options& options, const Mesh& mesh) {
     const ThinShell shell = naming_file(options.mesh, [&] { return build(mesh, build_options, &report); });
     bar.clear();
     stop_if_interrupted();
+    if (options.strict && shell.info().coarse_cells > 0)
+        throw MemoryError(
+            fmt::format("{}: {}; nothing is written (--strict)", options.mesh, coarse_text(shell.info())));
     const Stopwatch writing;
     save(shell, options.output, options.common.run());
     return {.shell = shell, .mesh = report, .write = writing.seconds()};
@@ -135,6 +141,8 @@ int run(Options options) {
     options.build.max_memory = options.common.memory_beside(memory_of(file.mesh));
     if (options.weld.given())
         naming_file(options.mesh, [&] { options.build.weld = options.weld.length(file.mesh); });
+    if (options.thickness.given())
+        naming_file(options.mesh, [&] { options.build.thickness = options.thickness.length(file.mesh); });
     const std::optional<ThinShell> stored = stored_shell(options, file.mesh);
     Built built = stored ? Built{.shell = *stored, .unchanged = true, .mesh = report_of(options, file.mesh)}
                          : build_and_save(options, file.mesh);
@@ -146,7 +154,9 @@ int run(Options options) {
         print_build_json(options, file, built);
     else if (!options.common.quiet)
         print_report(options, built);
-    return done;
+    if (built.shell.info().coarse_cells == 0) return done;
+    fmt::print(stderr, "warning: {}: {}\n", options.mesh, coarse_text(built.shell.info()));
+    return check_failed;
 }
 
 }  // namespace
@@ -161,6 +171,16 @@ Action add_build(CLI::App& app) {
                        "auto (default): about four triangles in a cell, within the memory, at least 6",
                        max_depth))
         ->type_name("K|auto");
+    options->thickness.declare(app, "--thickness",
+                               "Cells as large as a shell of this thickness allows, instead of a depth; mesh\n"
+                               "units, or with % of the longest side");
+    app.add_option("--max-cells", options->build.max_cells, "Cells of all levels, at most, with --thickness")
+        ->type_name("N");
+    app.add_option("--max-depth", options->build.deepest,
+                   fmt::format("Cells are at least the longest side / 2^K wide, with --thickness; K up to {}",
+                               max_adaptive_depth))
+        ->type_name("K");
+    app.add_flag("--strict", options->strict, "Write nothing where the thickness asked for is not reached");
     Choices<std::optional<SignRule>> rules = {{"auto", std::nullopt}};
     for (const auto& rule :
          choices_of({SignRule::winding, SignRule::generalized, SignRule::even_odd, SignRule::unsigned_rule}))

@@ -92,6 +92,11 @@ Json shell_json(const ThinShell& shell, const Run& run) {
     json["epsilon_outer"] = info.epsilon_outer;
     json["thickness"] = info.thickness();
     json["thickness_relative"] = info.thickness() / info.scale;
+    json["adaptive"] = info.adaptive;
+    if (info.adaptive) {
+        json["thickness_asked"] = info.thickness_asked;
+        json["coarse_cells"] = info.coarse_cells;
+    }
     json["rounding"] = info.rounding;
     json["extrema"] = name(info.extrema);
     json["solver"] = name(info.solver);
@@ -101,6 +106,17 @@ Json shell_json(const ThinShell& shell, const Run& run) {
     json["memory_bytes"] = info.memory_bytes;
     json["root"] = box_json(info.root);
     return json;
+}
+
+std::string coarse_text(const ShellInfo& info) {
+    return fmt::format(
+        "the shell is {} thick, not {} as was asked for: {} of {} surface cells are too coarse, between ({}, "
+        "{}, "
+        "{}) and ({}, {}, {}); more memory, more or deeper cells, or a larger thickness would do",
+        length_text(info.thickness()), length_text(info.thickness_asked), count_text(info.coarse_cells),
+        count_text(info.surface_cells), length_text(info.coarse.min.x), length_text(info.coarse.min.y),
+        length_text(info.coarse.min.z), length_text(info.coarse.max.x), length_text(info.coarse.max.y),
+        length_text(info.coarse.max.z));
 }
 
 void add_shell_rows(Table& table, const ThinShell& shell, const Run& run) {
@@ -121,6 +137,8 @@ void add_shell_rows(Table& table, const ThinShell& shell, const Run& run) {
     table.row("ε₁, inner", length(info.epsilon_inner));
     table.row("ε₂, outer", length(info.epsilon_outer));
     table.row("Thickness", length(info.thickness()));
+    if (info.thickness_asked > 0) table.row("Thickness asked", length(info.thickness_asked));
+    if (info.coarse_cells > 0) table.row("Not reached", coarse_text(info));
     table.row("Bounds on f", fmt::format("{}, with {:.2g} for rounding", name(info.extrema), info.rounding));
     table.row("Solver", std::string(name(info.solver)));
     table.row("Surface cells", count_text(info.surface_cells));

@@ -42,6 +42,9 @@ std::string sides_text(SignRule rule);
 
 /// The mesh and the shell, as `its build --json` and `its info --json` have them.
 Json shell_json(const ThinShell& shell, const Run& run);
+/// "the shell is 0.01 thick, not 0.005: 12 cells are too coarse, …", of a shell that is.
+std::string coarse_text(const ShellInfo& info);
+
 void add_shell_rows(Table& table, const ThinShell& shell, const Run& run);
 
 /// Of UpAxis; null where it is not known.

@@ -4,6 +4,7 @@
 
 #include "common.h"
 #include "its/weld.h"
+#include "length.h"
 #include "report.h"
 
 /// The option --weld LENGTH of commands that read a mesh.
@@ -12,13 +13,12 @@ namespace its::cli {
 class WeldOption {
 public:
     void declare(CLI::App& app);
-    bool given() const { return value_ > 0; }
+    bool given() const { return length_.given(); }
     /// In mesh units; percentages are of the longest side of this mesh.
-    double length(const Mesh& mesh) const;
+    double length(const Mesh& mesh) const { return length_.length(mesh); }
 
 private:
-    double value_ = 0;
-    bool percent_ = false;
+    LengthOption length_;
 };
 
 Json weld_json(const WeldReport& report);

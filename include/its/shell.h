@@ -36,12 +36,21 @@ std::string_view name(Solver solver);
 /// The solver of that name; empty: there is none.
 std::optional<Solver> parse_solver(std::string_view name);
 
-inline constexpr int max_depth = 16;  ///< the largest depth K of a shell
+inline constexpr int max_depth = 16;           ///< the largest depth K of a shell with cells of one size
+inline constexpr int max_adaptive_depth = 20;  ///< the same of one that was built to a thickness
 
 struct BuildOptions {
     /// K, in [0, max_depth]; the finest cell is s·2⁻ᴷ wide. Empty: chosen so that a surface cell holds
     /// about four triangles, within max_memory, but at least 6.
     std::optional<int> depth = {};
+    /// ε₂ − ε₁ shall be at most this, mesh units; 0: as the depth makes it. Cells that meet the mesh are then
+    /// as large as this allows: many times fewer than with cells of one size (docs/design/adaptive.md). Where
+    /// cells or memory do not suffice, the shell is as thin as they allow, see ShellInfo::coarse_cells. Not
+    /// with `depth`, nor with Extrema::candidates or Solver::lscg.
+    double thickness = 0;
+    std::uint64_t max_cells = 0;  ///< of all levels, of a shell that is built to a thickness; 0: any number
+    /// Of a shell that is built to a thickness: cells are at least s·2⁻ᴷ wide. Empty: max_adaptive_depth.
+    std::optional<int> deepest = {};
     std::optional<SignRule> sign = {};  ///< empty: by the state of the mesh, see MeshReport::sign
     /// Mesh units, 0: none. Corners of triangles that are nearer than this become one first, see weld(): the
     /// shell, and all that is proven of it, is then of the welded mesh.
@@ -72,10 +81,16 @@ struct ShellInfo {
     double epsilon_inner = 0;         ///< ε₁ ≤ 0
     double epsilon_outer = 0;         ///< ε₂ ≥ 0
     double rounding = 0;              ///< γ, the proven rounding error contained in ε₁ and ε₂
-    std::uint64_t surface_cells = 0;  ///< finest cells that meet M
+    std::uint64_t surface_cells = 0;  ///< undivided cells that meet M
     std::uint64_t cells = 0;          ///< of all levels
     std::uint64_t memory_bytes = 0;   ///< of the shell without its copy of the mesh
     std::array<std::uint64_t, 2> input_hash = {};  ///< input_hash() of mesh and options; 0: not known
+    double thickness_asked = 0;      ///< BuildOptions::thickness; 0: cells that meet M are of one size
+    std::uint64_t coarse_cells = 0;  ///< surface cells in which f on M is not proven as small as was asked for
+    Box coarse = {};                 ///< the bounds of these
+    std::uint64_t max_cells = 0;     ///< as in BuildOptions
+    int deepest = -1;                ///< BuildOptions::deepest; −1: empty
+    bool adaptive = false;           ///< cells that meet M are of several sizes; `depth` is that of the finest
     double thickness() const { return epsilon_outer - epsilon_inner; }  ///< ε₂ − ε₁
 };
 

@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "base/platform/compiler.h"
 #include "base/rounding.h"
+#include "distance/packet.h"
 #include "distance/triangle_tree.h"
 #include "geometry/vec3.h"
 #include "octree/neighbours.h"
@@ -18,26 +19,7 @@ namespace its::distance {
 
 namespace {
 
-constexpr int lanes = 8;
-constexpr int padded_points = 32;  // 27 points, the last one repeated
 constexpr std::uint32_t all_points = (1u << octree::group_points) - 1;
-constexpr double open_factor = 3;  // nodes with more than this many half cubes of radius are opened; measured
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-ITS_INLINE double larger(double a, double b) {
-    return a < b ? b : a;
-}
-ITS_INLINE double smaller(double a, double b) {
-    return b < a ? b : a;
-}
-
-/// The largest of eight numbers, without a chain of dependent comparisons.
-ITS_INLINE double largest(const double* v) {
-    double half[4], quarter[2];
-    for (int i = 0; i < 4; ++i) half[i] = larger(v[i], v[i + 4]);
-    for (int i = 0; i < 2; ++i) quarter[i] = larger(half[i], half[i + 2]);
-    return larger(quarter[0], quarter[1]);
-}
 
 /// A triangle (level 0) or a node of the triangle tree that may hold the triangle nearest to some point of a
 /// cube.
@@ -51,156 +33,6 @@ struct Opened {
     std::uint32_t level, index;
     double distance[lanes];
 };
-
-struct alignas(64) Points {
-    double x[lanes], y[lanes], z[lanes];
-};
-
-/// The points of a group that are to be solved; the last one is repeated to fill up whole lanes.
-struct alignas(64) Packet {
-    double x[padded_points], y[padded_points], z[padded_points];
-    double from_centre[padded_points];     ///< distance to the group's centre, rounded up
-    double squared[padded_points];         ///< smallest computed squared distance so far
-    std::uint64_t nearest[padded_points];  ///< the triangle that has it
-    int point[padded_points];              ///< number in the group
-    int count;
-};
-
-/// distance[i] = from point i to triangle `lane` of the block.
-ITS_CLONES void triangle_distances(const Points& p, const TriangleBlock& t, std::uint64_t lane,
-                                   double* distance) {
-    for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_distance(t, lane, p.x[i], p.y[i], p.z[i]));
-}
-
-/// distance[i] = lower bound on the distance from point i to what is in the node.
-ITS_CLONES void node_distances(const Points& p, const TriangleTree::Nodes& n, std::uint64_t lane,
-                               double* distance) {
-    for (int i = 0; i < lanes; ++i) distance[i] = std::sqrt(squared_gap(n, lane, p.x[i], p.y[i], p.z[i]));
-}
-
-/// Improves eight points of the packet by one triangle.
-ITS_INLINE void improve(Packet& packet, int chunk, const TriangleBlock& t, std::uint64_t lane,
-                        std::uint64_t id) {
-    for (int i = chunk; i < chunk + lanes; ++i) {
-        const double d = squared_distance(t, lane, packet.x[i], packet.y[i], packet.z[i]);
-        packet.nearest[i] = d < packet.squared[i] ? id : packet.nearest[i];
-        packet.squared[i] = smaller(packet.squared[i], d);
-    }
-}
-
-/// Improves all points of the packet by a triangle.
-ITS_CLONES void improve_all(Packet& packet, const TriangleBlock& t, std::uint64_t lane, std::uint64_t id) {
-    for (int chunk = 0; chunk < packet.count; chunk += lanes) improve(packet, chunk, t, lane, id);
-}
-
-/// The same, where the triangle can be nearer than what is known, by its distance to the centre less some
-/// slack.
-ITS_CLONES void improve_near(Packet& packet, const TriangleBlock& t, std::uint64_t lane, std::uint64_t id,
-                             double from_centre) {
-    for (int chunk = 0; chunk < packet.count; chunk += lanes) {
-        double excess[lanes];  // of what is known over a lower bound; both squared
-        for (int i = 0; i < lanes; ++i) {
-            const double least = larger(from_centre - packet.from_centre[chunk + i], 0.0);
-            excess[i] = packet.squared[chunk + i] - least * least;
-        }
-        if (largest(excess) > 0) improve(packet, chunk, t, lane, id);
-    }
-}
-
-/// How far from the centre anything can be that is nearer to a point of the packet than what is known.
-ITS_CLONES double reach(const Packet& packet) {
-    double far[lanes] = {};
-    for (int chunk = 0; chunk < packet.count; chunk += lanes)
-        for (int i = 0; i < lanes; ++i)
-            far[i] = larger(far[i], std::sqrt(packet.squared[chunk + i]) + packet.from_centre[chunk + i]);
-    return largest(far);
-}
-
-/// Nodes to search from, gathered.
-struct Entries {
-    std::vector<TriangleTree::Nodes> nodes;
-    std::vector<std::array<std::uint32_t, 2>> id;  ///< level and index
-
-    void clear() { id.clear(); }
-    std::uint64_t blocks() const { return (id.size() + lanes - 1) / lanes; }
-    void add(const TriangleTree::Nodes& from, std::uint32_t level, std::uint32_t index) {
-        const std::uint64_t block = id.size() / lanes, to = id.size() % lanes, lane = index % lanes;
-        if (block == nodes.size()) nodes.emplace_back();
-        TriangleTree::Nodes& n = nodes[block];
-        n.x[to] = from.x[lane];
-        n.y[to] = from.y[lane];
-        n.z[to] = from.z[lane];
-        n.axis_x[to] = from.axis_x[lane];
-        n.axis_y[to] = from.axis_y[lane];
-        n.axis_z[to] = from.axis_z[lane];
-        n.radius[to] = from.radius[lane];
-        n.thickness[to] = from.thickness[lane];
-        id.push_back({level, index});
-    }
-};
-
-/// A node to visit, with a lower bound on its squared distance.
-struct Visit {
-    double squared;
-    std::uint32_t level, index;
-};
-
-constexpr int tree_levels = 12;  // 8¹¹ > 2³² triangles
-/// Visits waiting: eight, and seven more for each level.
-struct Visits {
-    Visit visit[lanes * (tree_levels + 1)];
-    int size = 0;
-
-    /// Adds a visit above `base`, where the squared distances stay descending.
-    ITS_INLINE void insert(int base, const Visit& v) {
-        int at = size++;
-        for (; at > base && visit[at - 1].squared < v.squared; --at) visit[at] = visit[at - 1];
-        visit[at] = v;
-    }
-};
-
-/// Improves one point of the packet by the eight triangles of a block.
-ITS_INLINE void improve_point(Packet& packet, int p, const TriangleBlock& block, std::uint32_t index) {
-    const double x = packet.x[p], y = packet.y[p], z = packet.z[p];
-    double squared[lanes], negated[lanes];
-    for (int i = 0; i < lanes; ++i) squared[i] = squared_distance(block, std::uint64_t(i), x, y, z);
-    for (int i = 0; i < lanes; ++i) negated[i] = -squared[i];
-    const double best = -largest(negated);
-    if (!(best < packet.squared[p])) return;
-    packet.squared[p] = best;
-    for (std::uint64_t i = 0; i < lanes; ++i)
-        if (squared[i] == best) packet.nearest[p] = std::uint64_t{index} * lanes + i;
-}
-
-/// Improves one point of the packet by all that is below the entries: depth first, nearest child first.
-ITS_CLONES void search(const TriangleTree& tree, const Entries& entries, Packet& packet, int p) {
-    const double x = packet.x[p], y = packet.y[p], z = packet.z[p];
-    double squared[lanes];
-    Visits visits;
-    for (std::uint64_t block = 0; block < entries.blocks(); ++block) {
-        for (int i = 0; i < lanes; ++i)
-            squared[i] = squared_gap(entries.nodes[block], std::uint64_t(i), x, y, z);
-        const std::uint64_t first = block * lanes,
-                            count = std::min<std::uint64_t>(lanes, entries.id.size() - first);
-        for (std::uint64_t i = 0; i < count; ++i)
-            if (squared[i] < packet.squared[p])
-                visits.insert(0, {squared[i], entries.id[first + i][0], entries.id[first + i][1]});
-        while (visits.size > 0) {
-            const Visit v = visits.visit[--visits.size];
-            if (!(v.squared < packet.squared[p])) continue;
-            if (v.level == 1) {
-                improve_point(packet, p, tree.block[v.index], v.index);
-                continue;
-            }
-            const TriangleTree::Nodes& below = tree.levels[v.level - 2][v.index];
-            for (int i = 0; i < lanes; ++i) squared[i] = squared_gap(below, std::uint64_t(i), x, y, z);
-            const int base = visits.size;
-            for (std::uint32_t i = 0; i < lanes; ++i)
-                if (squared[i] < packet.squared[p])
-                    visits.insert(base, {squared[i], v.level - 1, lanes * v.index + i});
-        }
-    }
-}
 
 constexpr std::uint32_t corner_points = [] {
     std::uint32_t bits = 0;

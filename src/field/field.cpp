@@ -111,7 +111,9 @@ ITS_API TrilinearCell locate(const octree::Octree& octree, const Field& field, c
     // cells of a level that touch share a corner, so that once no corner is a grid point none will be.
     int level = leaf_level;
     const Index leaf = {finest[0] >> leaf_level, finest[1] >> leaf_level, finest[2] >> leaf_level};
-    for (bool reached = true; level > 0 && reached; --level)
+    // Into a leaf that meets M none reach: grid points that they would be centred at hang.
+    const bool surface = octree.surface_mask(leaf_level, place.group) >> place.child & 1;
+    for (bool reached = !surface; level > 0 && reached; --level)
         reached = refine(octree, field, finest, level - 1, leaf, leaf_level - (level - 1), cell.value);
     cell.width = std::ldexp(1.0, level);
     for (int axis = 0; axis < 3; ++axis) cell.corner[axis] = double(finest[axis] >> level) * cell.width;

@@ -34,7 +34,7 @@ struct TrilinearCell {
 };
 
 /// The cell with this point of the root cube (lattice coordinates, 0 ≤ u ≤ 2^(depth+1)) on which f is
-/// trilinear: a finest cell, or in a coarser leaf the first lattice cell,
+/// trilinear: a surface cell, a finest cell, or in a coarser leaf the first lattice cell,
 /// going down, that no finer hat reaches into.
 TrilinearCell locate(const octree::Octree& octree, const Field& field, const Vec3& u);
 

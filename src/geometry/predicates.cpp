@@ -268,6 +268,18 @@ int detail::x_line_crossing_in_bounds(const Vec3& a, const Vec3& b, const Vec3& 
     return -side;
 }
 
+int detail::line_crossing_in_bounds(int axis, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& g,
+                                    double to) {
+    const int side = perturbed_orient2d(axis, a, b, g);
+    if (side == 0 || perturbed_orient2d(axis, b, c, g) != side || perturbed_orient2d(axis, c, a, g) != side)
+        return 0;
+    if (g[axis] >= std::min({a[axis], b[axis], c[axis]}) && perturbed_orient3d(a, b, c, g) == side) return 0;
+    Vec3 end = g;
+    end[axis] = to;
+    if (to < std::max({a[axis], b[axis], c[axis]}) && perturbed_orient3d(a, b, c, end) != side) return 0;
+    return -side;
+}
+
 int segment_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p, const Vec3& q,
                      bool& degenerate) {
     degenerate = false;

@@ -85,9 +85,22 @@ inline int perturbed_orient2d_yz(const Vec3& a, const Vec3& b, const Vec3& g) {
 /// Sign of orient3d(a, b, c, g + ε); 0 only if abc is degenerate.
 int perturbed_orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& g);
 
-namespace detail {
-int x_line_crossing_in_bounds(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& g, double x1);
+/// The same in the plane of the two axes after `axis` in cyclic order; x is that of perturbed_orient2d_yz().
+inline int perturbed_orient2d(int axis, const Vec3& a, const Vec3& b, const Vec3& g) {
+    const int i = axis == 2 ? 0 : axis + 1, j = axis == 0 ? 2 : axis - 1;
+    const int s = orient2d(a[i], a[j], b[i], b[j], g[i], g[j]);
+    if (s != 0) return s;
+    // What the first coordinate's displacement is multiplied with, and the second one's. In the planes (y, z)
+    // and (z, x) the first is larger, in (x, y) the second.
+    const int first = detail::sign(a[j] - b[j]), second = detail::sign(b[i] - a[i]);
+    if (axis == 2) return second != 0 ? second : first;
+    return first != 0 ? first : second;
 }
+
+namespace detail {
+int line_crossing_in_bounds(int axis, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& g, double to);
+int x_line_crossing_in_bounds(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& g, double x1);
+}  // namespace detail
 
 /// Crossing of triangle abc by the segment from g + ε to (x1, g.y, g.z) + ε, g.x < x1: 0 if there is none,
 /// else what the winding number gains on the way in +x direction: +1 where the triangle's normal points to −x
@@ -102,6 +115,15 @@ inline int x_line_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Ve
     // A crossing at x lies in [min x, max x] and counts if g.x + ε_x < x < x1 + ε_x.
     if (g.x >= std::max({a.x, b.x, c.x}) || x1 < std::min({a.x, b.x, c.x})) return 0;
     return detail::x_line_crossing_in_bounds(a, b, c, g, x1);
+}
+
+/// The same along any axis: of the segment from g + ε to g′ + ε, where g′ is g but for g′[axis] = to > g[axis].
+inline int line_crossing(int axis, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& g, double to) {
+    for (int i = 0; i < 3; ++i) {
+        const double end = i == axis ? to : g[i];
+        if (g[i] >= std::max({a[i], b[i], c[i]}) || end < std::min({a[i], b[i], c[i]})) return 0;
+    }
+    return detail::line_crossing_in_bounds(axis, a, b, c, g, to);
 }
 
 /// Signed crossing of triangle abc by the segment from p to q: what the winding number gains from p to q, +1

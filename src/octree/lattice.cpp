@@ -85,4 +85,24 @@ Lattice make_lattice(const Box& box, int depth) {
     return lattice;
 }
 
+Lattice make_nested_lattice(const Box& box, int depth, int coarsest) {
+    Lattice lattice = make_lattice(box, depth);  // s has the bits that this depth leaves it
+    const int finer = depth - coarsest;
+    const double quarter = std::ldexp(0.25 * lattice.width, finer);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double centre = box.min[axis] + 0.5 * (box.max[axis] - box.min[axis]);
+        const std::int64_t base = std::llround(centre / quarter) - 2 * (std::int64_t{2} << coarsest);
+        lattice.base[std::size_t(axis)] = base * (std::int64_t{1} << finer);
+    }
+    return lattice;
+}
+
+Lattice coarser(const Lattice& lattice, int levels) {
+    Lattice result = lattice;
+    result.depth -= levels;
+    result.width = std::ldexp(lattice.width, levels);
+    for (std::int64_t& base : result.base) base /= std::int64_t{1} << levels;
+    return result;
+}
+
 }  // namespace its::octree

@@ -72,6 +72,14 @@ Box bounds(const mesh::Arrays& mesh);
 /// is not in [1e-75, 1e75], outside which exact predicates could overflow.
 Lattice make_lattice(const Box& bounds, int depth);
 
+/// The same for an octree whose levels below `coarsest` may be left out: lattice points of all depths from
+/// `coarsest` to `depth` are o + i·s·2⁻ᴷ, with the same o and s. Precondition: 2 ≤ coarsest ≤ depth.
+Lattice make_nested_lattice(const Box& bounds, int depth, int coarsest);
+
+/// The lattice of the same root cube with `levels` levels fewer. Precondition: made by make_nested_lattice(),
+/// not coarser than it was made for.
+Lattice coarser(const Lattice& lattice, int levels);
+
 /// The largest K up to `most` that make_lattice() takes, but for the size; 0 if none.
 int deepest_lattice(const Box& bounds, int most);
 

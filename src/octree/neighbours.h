@@ -45,6 +45,27 @@ inline constexpr std::array<SharedPoints, neighbours> shared_points = [] {
     return table;
 }();
 
+/// Where what is around each child is: which neighbour of the parent, and which child of that.
+struct ChildTable {
+    std::uint8_t neighbour[8][neighbours], child[8][neighbours];
+
+    constexpr ChildTable() : neighbour{}, child{} {
+        for (int c = 0; c < 8; ++c)
+            for (int n = 0; n < neighbours; ++n) {
+                const int offset[3] = {n % 3, n / 3 % 3, n / 9};
+                int parent = 0, place = 0, stride = 1;
+                for (int axis = 0; axis < 3; ++axis, stride *= 3) {
+                    const int at = (c >> axis & 1) + offset[axis] + 1;  // 1 to 4: half cells from the corner
+                    parent += stride * (at / 2);                        // of neighbour 0
+                    place += (at & 1) << axis;
+                }
+                neighbour[c][n] = std::uint8_t(parent);
+                child[c][n] = std::uint8_t(place);
+            }
+    }
+};
+inline constexpr ChildTable child_neighbours;
+
 /// Of a cell and those around it, the groups of their children, or no_group where there are none.
 using Around = std::array<std::uint64_t, neighbours>;
 

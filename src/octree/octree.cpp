@@ -13,11 +13,13 @@ std::uint64_t Octree::find(int level, std::uint64_t parent) const {
 }
 
 CellPlace Octree::surface_place(std::uint64_t cell) const {
-    const Level& level = levels[0];
-    const std::uint64_t group = level.first.find(cell);
-    unsigned mask = level.mask[group];
-    for (std::uint64_t skip = cell - level.first[group]; skip > 0; --skip) mask &= mask - 1;
-    return {group, std::countr_zero(mask)};
+    int level = 0;
+    for (; cell >= surface_ranks(level).back(); ++level) cell -= surface_ranks(level).back();
+    const Ranks& ranks = surface_ranks(level);
+    const std::uint64_t group = ranks.find(cell);
+    unsigned mask = surface_mask(level, group);
+    for (std::uint64_t skip = cell - ranks[group]; skip > 0; --skip) mask &= mask - 1;
+    return {group, std::countr_zero(mask), level};
 }
 
 namespace {

@@ -208,6 +208,14 @@ Voxels descend(const Voxels& above, std::span<const Vec3> positions, std::span<c
 
 }  // namespace
 
+Voxels halve(const Voxels& above, std::span<const Vec3> positions, std::span<const Triangle> triangles,
+             int level, int depth, double dilation) {
+    const double size = std::ldexp(2.0, depth), half = std::ldexp(0.5, level);
+    Stage silent({}, {}, 0);
+    return descend(above, positions, triangles, {half, half + dilation + 8 * unit_roundoff * size, size},
+                   silent);
+}
+
 Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> triangles, int depth,
                 double dilation, const Progress& progress,
                 const std::function<void(int, std::uint64_t, std::uint64_t)>& before_level) {

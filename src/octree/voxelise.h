@@ -30,6 +30,11 @@ Voxels voxelise(
     const Progress& progress,
     const std::function<void(int level, std::uint64_t cells, std::uint64_t pairs)>& before_level = {});
 
+/// One step of it: the cells of `level` that triangles meet, of those in which some cells of level + 1 are
+/// halved. Cells and lists of `above` may be any; of depth `depth`.
+Voxels halve(const Voxels& above, std::span<const Vec3> positions, std::span<const Triangle> triangles,
+             int level, int depth, double dilation);
+
 /// Bit c is set if the triangle meets child c of the cell with this centre; children are cubes of half width
 /// `half`, each dilated by `dilation`, which must contain 8u·2ᴷ⁺¹ for rounding. Exposed for tests.
 unsigned children_met(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& centre, double half,

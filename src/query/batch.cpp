@@ -37,6 +37,7 @@ struct Survivors {
     int count = 0;
     std::uint32_t point[block_points];
     std::uint64_t group[block_points];
+    std::int8_t level[block_points];  ///< of the surface cells of adaptive shells
 };
 
 ITS_INLINE octree::Cell cell_of(const Block& block, std::uint32_t i) {
@@ -72,6 +73,22 @@ ITS_CLONES void look_up(const std::uint32_t* ITS_RESTRICT top, int count, Block&
     }
 }
 
+/// Points in surface cells that are no smaller than the grid's, which look_up() marks as outside.
+void keep_coarse(const QueryIndex& index, const Block& block, int count, Survivors& coarse) {
+    int n = 0;
+    for (int i = 0; i < count; ++i) {
+        coarse.point[n] = std::uint32_t(i);
+        n += int(block.entry[i] >> 29 & 1) & int(block.entry[i] >> 31 ^ 1);
+    }
+    coarse.count = n;
+    for (int k = 0; k < n; ++k) {
+        const Place at =
+            descend(index.levels.data(), 0, index.shell.octree.depth, cell_of(block, coarse.point[k]));
+        coarse.group[k] = at.group;
+        coarse.level[k] = std::int8_t(at.level);
+    }
+}
+
 void keep_subdivided(const Block& block, int count, Survivors& left) {
     int n = 0;
     for (int i = 0; i < count; ++i) {
@@ -98,6 +115,49 @@ ITS_CLONES void descend_level(const LevelView& view, int level, const Block& blo
     left.count = n;
 }
 
+/// The same where surface cells may be of this level: their points go to `found`.
+ITS_CLONES void descend_adaptive(const LevelView& view, int level, const Block& block, std::int8_t* out,
+                                 Survivors& left, Survivors& found) {
+    int n = 0, m = found.count;
+    for (int k = 0; k < left.count; ++k) {
+        const std::uint32_t i = left.point[k];
+        const std::uint64_t group = left.group[k];
+        const unsigned child = child_at(cell_of(block, i), level);
+        out[i] = std::int8_t(1 - 2 * (view.inside[group] >> child & 1));
+        found.point[m] = left.point[n] = i;
+        found.group[m] = group;
+        found.level[m] = std::int8_t(level);
+        m += view.leaf[group] >> child & 1;
+        left.group[n] = rank(view, group, child);
+        n += view.mask[group] >> child & 1;
+    }
+    left.count = n;
+    found.count = m;
+}
+
+/// Points in surface cells of an adaptive shell.
+void decide_adaptive(const QueryIndex& index, const Vec3* points, const Block& block, const Survivors& found,
+                     std::int8_t* out) {
+    const bool by_side = index.shell.info.sign != SignRule::unsigned_rule;
+    const shell::SurfaceCells& surface = index.shell.surface;
+    for (int k = 0; k < found.count; ++k) {
+        const std::uint32_t i = found.point[k];
+        const octree::Cell finest = cell_of(block, i);
+        const SurfacePoint at =
+            surface_point({found.group[k], child_at(finest, found.level[k]), found.level[k], true}, finest,
+                          {block.x[i], block.y[i], block.z[i]});
+        int side = 0;
+        if (by_side) {
+            const std::uint64_t cell = surface_number(index.levels.data(), at.group, at.child, at.level);
+            double value[8];
+            const double f = surface_value(index, at, value);
+            side = side_by_corners(f, value, surface.corners_inside[cell], surface.lower[cell],
+                                   surface.upper[cell]);
+        }
+        out[i] = side != 0 ? std::int8_t(side) : std::int8_t(decide(index, points[i], at));
+    }
+}
+
 /// Points in cells that meet M.
 void decide_survivors(const QueryIndex& index, const Vec3* points, const Block& block, const Survivors& left,
                       std::int8_t* out) {
@@ -107,7 +167,7 @@ void decide_survivors(const QueryIndex& index, const Vec3* points, const Block& 
         const std::uint32_t i = left.point[k];
         const octree::Cell finest = cell_of(block, i);
         const Vec3 u{block.x[i], block.y[i], block.z[i]};
-        const SurfacePoint at{left.group[k], child_at(finest, 0), finest, local_in(u, finest)};
+        const SurfacePoint at{left.group[k], child_at(finest, 0), 0, finest, local_in(u, finest)};
         int side = 0;
         if (by_sign) {
             const std::uint64_t cell = rank(index.levels[0], at.group, at.child);
@@ -125,9 +185,23 @@ void classify_block(const QueryIndex& index, const Vec3* points, int count, std:
     map_points(index, points, count, block);
     look_up(index.top.data(), count, block, out);
     keep_subdivided(block, count, left);
-    for (int level = index.level - 1; level >= 0; --level)
-        descend_level(index.levels[std::size_t(level)], level, block, out, left);
-    decide_survivors(index, points, block, left, out);
+    if (!index.adaptive) {
+        for (int level = index.level - 1; level >= 0; --level)
+            descend_level(index.levels[std::size_t(level)], level, block, out, left);
+        decide_survivors(index, points, block, left, out);
+        return;
+    }
+    Survivors found;
+    keep_coarse(index, block, count, found);
+    for (int level = index.level - 1; level > 0; --level)
+        descend_adaptive(index.levels[std::size_t(level)], level, block, out, left, found);
+    descend_level(index.levels[0], 0, block, out, left);
+    for (int k = 0; k < left.count; ++k) {
+        found.point[found.count] = left.point[k];
+        found.group[found.count] = left.group[k];
+        found.level[found.count++] = 0;
+    }
+    decide_adaptive(index, points, block, found, out);
 }
 
 /// What the stages of a block of values hand on.

@@ -7,9 +7,9 @@ namespace its::query {
 
 namespace {
 
-/// The end of a monotone walk from a point along x, y and z: the value of f at a corner of the cell.
+/// The end of a monotone walk from a point along x, y and z: a corner of the cell.
 /// \param up  1: where f does not fall; −1: where it does not rise; up to rounding, see walk_margin
-double walk(const double (&value)[8], const Vec3& p, double up) {
+int walk(const double (&value)[8], const Vec3& p, double up) {
     const auto mix = geometry::lerp_exact_at_zero;
     double face[4], edge[2];
     const auto on_face = [&](const double* v) {  // across x: bilinear in y and z
@@ -19,7 +19,8 @@ double walk(const double (&value)[8], const Vec3& p, double up) {
     for (int i = 0; i < 4; ++i) face[i] = value[2 * i + x];
     const int y = up * mix(face[1], face[3], p.z) > up * mix(face[0], face[2], p.z) ? 1 : 0;
     for (int i = 0; i < 2; ++i) edge[i] = face[2 * i + y];
-    return up * edge[1] > up * edge[0] ? edge[1] : edge[0];
+    const int z = up * edge[1] > up * edge[0] ? 1 : 0;
+    return x + 2 * y + 4 * z;
 }
 
 /// By f alone: 1, −1, or 0 where only the triangles can tell.
@@ -29,13 +30,20 @@ int side_by_field(const QueryIndex& index, const SurfacePoint& at, std::uint64_t
     double value[8];
     const double f = surface_value(index, at, value);
     const float lower = index.shell.surface.lower[cell], upper = index.shell.surface.upper[cell];
+    const double margin = index.adaptive ? margin_of(value) : walk_margin;
     if (info.sign == SignRule::unsigned_rule)  // no inside: off M suffices
-        return f > upper + walk_margin || f < lower - walk_margin ? 1 : 0;
-    if (const int side = side_by_bounds(f, lower, upper)) return side;
-    double end = 0;
-    if (f > upper + walk_margin) end = walk(value, at.local, 1);
-    if (f < lower - walk_margin) end = walk(value, at.local, -1);
-    return geometry::detail::sign(end);  // D's sign is exact where D is not 0
+        return f > upper + margin || f < lower - margin ? 1 : 0;
+    if (!index.adaptive)
+        if (const int side = side_by_bounds(f, lower, upper)) return side;
+    int end = 0;
+    if (f > upper + margin)
+        end = walk(value, at.local, 1);
+    else if (f < lower - margin)
+        end = walk(value, at.local, -1);
+    else
+        return 0;
+    if (index.adaptive) return index.shell.surface.corners_inside[cell] >> end & 1 ? -1 : 1;
+    return geometry::detail::sign(value[end]);  // D's sign is exact where D is not 0
 }
 
 /// Inside by the sign rule, of a winding number.
@@ -54,18 +62,22 @@ struct Goal {
 /// triangles part from the point, if the sign of its distance tells the number.
 Goal choose_goal(const QueryIndex& index, const SurfacePoint& at, std::uint64_t cell) {
     const shell::ShellData& shell = index.shell;
-    std::array<std::int64_t, 3> corner = {at.finest[0], at.finest[1], at.finest[2]};
+    std::array<std::int64_t, 3> corner = {at.corner[0], at.corner[1], at.corner[2]};
     if (!shell.sides.winding.empty()) return {shell.lattice.position(corner), shell.sides.winding[cell]};
-    std::int64_t winding = index.levels[0].inside[at.group] >> at.child & 1;
+    std::int64_t winding = index.levels[std::size_t(at.level)].inside[at.group] >> at.child & 1;
+    if (shell.info.sign == SignRule::unsigned_rule || shell.info.solver != Solver::direct)
+        return {shell.lattice.position(corner), winding};
     const unsigned nearest =
         unsigned(at.local.x > 0.5) | unsigned(at.local.y > 0.5) << 1 | unsigned(at.local.z > 0.5) << 2;
-    double value[8];
-    corner_values(index.levels[0], at.group, at.child, value);
-    if (shell.info.sign != SignRule::unsigned_rule && shell.info.solver == Solver::direct &&
-        value[nearest] != 0) {
+    if (index.adaptive) {
+        winding = shell.surface.corners_inside[cell] >> nearest & 1;
+    } else {
+        double value[8];
+        corner_values(index.levels[0], at.group, at.child, value);
+        if (value[nearest] == 0) return {shell.lattice.position(corner), winding};
         winding = value[nearest] < 0 ? 1 : 0;
-        for (unsigned axis = 0; axis < 3; ++axis) corner[axis] += nearest >> axis & 1;
     }
+    for (unsigned axis = 0; axis < 3; ++axis) corner[axis] += std::int64_t(nearest >> axis & 1) << at.level;
     return {shell.lattice.position(corner), winding};
 }
 
@@ -75,7 +87,7 @@ Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoin
     const shell::ShellData& shell = index.shell;
     const Goal goal = choose_goal(index, at, cell);
     std::int64_t winding = goal.winding;
-    for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
+    for (const std::uint32_t number : triangles_of(index, at.group, at.child, at.level)) {
         const Triangle& t = shell.mesh.triangles[number];
         const Vec3 &a = shell.mesh.vertices[t[0]], &b = shell.mesh.vertices[t[1]],
                    &c = shell.mesh.vertices[t[2]];
@@ -94,7 +106,7 @@ bool on_surface(const QueryIndex& index, const Vec3& p) {
     const shell::ShellData& shell = index.shell;
     const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest_cell(u));
     if (!at.marked) return false;
-    for (const std::uint32_t number : shell.triangles(at.group, int(at.child))) {
+    for (const std::uint32_t number : triangles_of(index, at.group, at.child, at.level)) {
         const Triangle& t = shell.mesh.triangles[number];
         if (triangle_holds(shell.mesh.vertices[t[0]], shell.mesh.vertices[t[1]], shell.mesh.vertices[t[2]], p))
             return true;
@@ -111,17 +123,22 @@ Side side_by_sign_of_field(const QueryIndex& index, const Vec3& point, double f)
 }
 
 Side decide(const QueryIndex& index, const Vec3& point, const SurfacePoint& at) {
-    const std::uint64_t cell = rank(index.levels[0], at.group, at.child);
+    const std::uint64_t cell = surface_number(index.levels.data(), at.group, at.child, at.level);
     if (const int side = side_by_field(index, at, cell)) return Side(side);
     return side_by_triangles(index, point, at, cell);
 }
 
 Decision how_decided(const QueryIndex& index, const SurfacePoint& at) {
-    const std::uint64_t cell = rank(index.levels[0], at.group, at.child);
+    const std::uint64_t cell = surface_number(index.levels.data(), at.group, at.child, at.level);
     if (side_by_field(index, at, cell) == 0) return Decision::local;
     double value[8];
     const double f = surface_value(index, at, value);
     const shell::SurfaceCells& surface = index.shell.surface;
+    if (index.adaptive)
+        return side_by_corners(f, value, surface.corners_inside[cell], surface.lower[cell],
+                               surface.upper[cell]) != 0
+                   ? Decision::bounds
+                   : Decision::walk;
     return side_by_bounds(f, surface.lower[cell], surface.upper[cell]) != 0 ? Decision::bounds : Decision::walk;
 }
 

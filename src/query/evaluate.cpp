@@ -71,18 +71,29 @@ Interval distance_bound(const QueryIndex& index, const Vec3& point) {
     const octree::Cell finest = clamped_cell(index, in);
     const int depth = index.shell.octree.depth;
     const Place at = descend(index.levels.data(), 0, depth, finest);
-    double value[8];
-    corner_values(index.levels[std::size_t(at.level)], at.group, at.child, value);
-    const double width = double(std::uint64_t{1} << at.level);
     double lower = 0, upper = std::numeric_limits<double>::infinity();
-    for (unsigned c = 0; c < 8; ++c) {
+    // By corner c of child `child` of a group.
+    const auto bound = [&](std::uint64_t group, unsigned child, int level, unsigned c) {
+        const double width = double(std::uint64_t{1} << level);
         Vec3 corner;
         for (int axis = 0; axis < 3; ++axis)
-            corner[axis] = width * double((finest[axis] >> at.level) + (c >> axis & 1));
-        const double apart = norm(u - corner), distance = std::abs(value[c]);
+            corner[axis] = width * double((finest[axis] >> level) + (c >> axis & 1));
+        const double value =
+            index.levels[std::size_t(level)]
+                .values[octree::group_points * group + unsigned(octree::group_point(int(child), int(c)))];
+        const double apart = norm(u - corner), distance = std::abs(value);
         lower = std::max(lower, distance - apart);
         upper = std::min(upper, distance + apart);
-    }
+    };
+    if (!index.adaptive)
+        for (unsigned c = 0; c < 8; ++c) bound(at.group, at.child, at.level, c);
+    else  // other corners may hang; the middle of a group never does, nor do those of the groups above
+        for (Place p{0, child_at(finest, depth), depth, false};; --p.level) {
+            bound(p.group, p.child, p.level, 7 - p.child);
+            if (p.level == at.level) break;
+            p.group = rank(index.levels[std::size_t(p.level)], p.group, p.child);
+            p.child = child_at(finest, p.level - 1);
+        }
     // In cell widths: D(g) errs by 42u·R, less than the 4096u·R allowed here, p's lattice coordinates by 2u·(R
     // + |u − in|) an axis, and |p − g|, sums and the product with w by a few roundings of at most 2R + |u − in|
     // (docs/design/query.md).

@@ -93,11 +93,13 @@ std::vector<std::uint32_t> make_top(QueryIndex& index) {
             const octree::Cell parent = octree::morton_decode(level.parent[group]);
             for (unsigned c = 0; c < 8; ++c) {
                 const bool in = index.levels[std::size_t(k)].inside[group] >> c & 1;
-                if (level.mask[group] >> c & 1 || !in) continue;
+                const bool surface = is_surface(index.levels[std::size_t(k)], group, c);
+                if (level.mask[group] >> c & 1 || !(in || surface)) continue;
                 const octree::Cell at = {(2 * parent[0] + (c & 1)) << scale,
                                          (2 * parent[1] + (c >> 1 & 1)) << scale,
                                          (2 * parent[2] + (c >> 2)) << scale};
-                fill_cube(index, at, 1u << scale, QueryIndex::inside);
+                fill_cube(index, at, 1u << scale,
+                          surface ? QueryIndex::surface | QueryIndex::octants : QueryIndex::inside);
             }
         }
     }
@@ -216,9 +218,19 @@ QueryIndex::QueryIndex(const shell::ShellData& data)
       cells(double(data.lattice.cells())),
       level(std::max(1, data.lattice.depth + 1 - top_bits)),
       side(data.lattice.cells() >> level) {
-    for (std::size_t k = 0; k < data.octree.levels.size(); ++k)
-        levels[k] = {data.octree.levels[k].mask.data(), data.sides.inside[k].data(),
-                     data.octree.levels[k].first.words(), data.field.values[k].data()};
+    adaptive = data.octree.adaptive();
+    for (std::size_t k = 0; k < data.octree.levels.size(); ++k) {
+        const octree::Level& from = data.octree.levels[k];
+        levels[k] = {.mask = from.mask.data(),
+                     .inside = data.sides.inside[k].data(),
+                     .ranks = from.first.words(),
+                     .values = data.field.values[k].data()};
+        if (!adaptive || k == 0) continue;
+        levels[k].leaf = from.leaf.data();
+        levels[k].leaf_ranks = from.first_leaf.words();
+        levels[k].first_cell = data.octree.surface_cells_below(int(k));
+        levels[k].first_group = data.octree.surface_groups_below(int(k));
+    }
     top = make_top(*this);
     values = coarse_values(*this);
 }
@@ -233,6 +245,13 @@ ITS_CLONES Patch find_patch(const QueryIndex& index, const octree::Cell& finest)
     unsigned octant = child_at(finest, level - 1);
     const std::uint32_t entry = index.top[index.top_index(finest)];
     const bool divided = entry & QueryIndex::subdivided;
+    if (index.adaptive && (entry >> 29) == 1) {  // a surface cell that is no smaller than the grid's
+        const Place at = descend(index.levels.data(), 0, index.shell.octree.depth, finest);
+        corner_values(index.levels[std::size_t(at.level)], at.group, at.child, patch.value);
+        patch.level = at.level;
+        for (std::size_t axis = 0; axis < 3; ++axis) patch.cell[axis] = finest[axis] >> at.level;
+        return patch;
+    }
     if (divided && level == 1) {  // a finest cell: no finer hats, no need to look around
         corner_values(index.levels[0], entry & ~QueryIndex::subdivided, octant, patch.value);
         patch.level = 0;
@@ -249,6 +268,7 @@ ITS_CLONES Patch find_patch(const QueryIndex& index, const octree::Cell& finest)
             if (around.present & 1) {
                 group = finer.values + octree::group_points * around.group[0];
                 child = octant;
+                if (is_surface(finer, around.group[0], octant)) break;  // no finer hats reach into it
             } else {
                 if (group) corner_values(group, child, patch.value);
                 group = nullptr;

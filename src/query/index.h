@@ -20,6 +20,10 @@ struct LevelView {
     const std::uint8_t* inside = nullptr;
     const octree::Ranks::Word* ranks = nullptr;
     const double* values = nullptr;
+    const std::uint8_t* leaf = nullptr;  ///< surface cells; null where `mask` says them, or there are none
+    const octree::Ranks::Word* leaf_ranks = nullptr;
+    std::uint64_t first_cell = 0,
+                  first_group = 0;  ///< number of its first surface cell, and of its groups' lists
 };
 
 struct QueryIndex {
@@ -29,6 +33,8 @@ struct QueryIndex {
     static constexpr std::uint32_t inside = 1u << 30;      ///< else: in a leaf, which is on this side,
     /// and bit o: a grid point of level − 1 is on octant o, so that f is not trilinear there.
     static constexpr std::uint32_t octants = 0xff;
+    /// Else: in a surface cell that is no smaller; all octants are marked.
+    static constexpr std::uint32_t surface = 1u << 29;
 
     explicit QueryIndex(const shell::ShellData& shell);
 
@@ -38,14 +44,15 @@ struct QueryIndex {
     }
 
     const shell::ShellData& shell;
-    Vec3 origin;                     ///< of the lattice, mesh units
-    double width = 1;                ///< of a finest cell, mesh units
-    double cells = 2;                ///< finest cells per side of the root
+    Vec3 origin;       ///< of the lattice, mesh units
+    double width = 1;  ///< of a finest cell, mesh units
+    double cells = 2;  ///< finest cells per side of the root
+    bool adaptive = false;
     int level = 1;                   ///< t ≥ 1
     std::uint32_t side;              ///< n = 2^(K+1−t): cells of level t per side of the root
     std::vector<std::uint32_t> top;  ///< n³ entries, x fastest, and one that is outside, for points of no cell
     std::vector<double> values;      ///< F_t at the (n+1)³ lattice points of level t
-    std::array<LevelView, max_depth + 1> levels;
+    std::array<LevelView, max_adaptive_depth + 1> levels;
 
     std::uint64_t memory_bytes() const;
 
@@ -89,7 +96,7 @@ struct Place {
     std::uint64_t group;
     unsigned child;
     int level;
-    bool marked;  ///< of level 0 and meets M; else a leaf without M
+    bool marked;  ///< a surface cell; else a leaf without M
 };
 
 /// Set bits. Written out, since the baseline instruction set would take a call; compilers know this form and
@@ -107,6 +114,11 @@ ITS_INLINE std::uint64_t rank(const LevelView& level, std::uint64_t group, unsig
     return word.before + bit_count(word.masks & ((std::uint64_t{1} << (8 * (group % 8) + child)) - 1));
 }
 
+/// Whether a child that is not subdivided is a surface cell, above level 0.
+ITS_INLINE bool is_surface(const LevelView& level, std::uint64_t group, unsigned child) {
+    return level.leaf != nullptr && (level.leaf[group] >> child & 1) != 0;
+}
+
 /// From a group of level − 1 down to the leaf that holds a finest cell.
 ITS_INLINE Place descend(const LevelView* levels, std::uint64_t group, int level, const octree::Cell& finest) {
     Place at{group, child_at(finest, level), level, false};
@@ -118,7 +130,26 @@ ITS_INLINE Place descend(const LevelView* levels, std::uint64_t group, int level
         at.group = rank(levels[at.level], at.group, at.child);
         at.child = child_at(finest, --at.level);
     }
+    at.marked = is_surface(levels[at.level], at.group, at.child);
     return at;
+}
+
+/// Number of a surface cell.
+ITS_INLINE std::uint64_t surface_number(const LevelView* levels, std::uint64_t group, unsigned child,
+                                        int level) {
+    const LevelView& view = levels[level];
+    if (view.leaf == nullptr) return rank(view, group, child);
+    const octree::Ranks::Word& word = view.leaf_ranks[group / 8];
+    return view.first_cell + word.before +
+           bit_count(word.masks & ((std::uint64_t{1} << (8 * (group % 8) + child)) - 1));
+}
+
+/// The triangles of a surface cell.
+inline shell::TriangleList triangles_of(const QueryIndex& index, std::uint64_t group, unsigned child,
+                                        int level) {
+    const LevelView& view = index.levels[std::size_t(level)];
+    const unsigned mask = view.leaf == nullptr ? view.mask[group] : view.leaf[group];
+    return index.shell.triangles(mask, view.first_group + group, int(child));
 }
 
 ITS_INLINE bool inside_bit(const LevelView* levels, const Place& at) {

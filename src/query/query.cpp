@@ -55,11 +55,14 @@ Side Query::classify(const Vec3& point) const {
         return side_by_sign_of_field(index, point, field_value(index, point));
     const octree::Cell finest = finest_cell(u);
     const std::uint32_t entry = index.top[index.top_index(finest)];
-    if (!(entry & QueryIndex::subdivided)) return entry & QueryIndex::inside ? Side::inside : Side::outside;
+    if (!(entry & (QueryIndex::subdivided | QueryIndex::surface)))
+        return entry & QueryIndex::inside ? Side::inside : Side::outside;
     const LevelView* const levels = index.levels.data();
-    const Place at = descend(levels, entry & ~QueryIndex::subdivided, index.level - 1, finest);
+    const Place at = entry & QueryIndex::subdivided
+                         ? descend(levels, entry & ~QueryIndex::subdivided, index.level - 1, finest)
+                         : descend(levels, 0, index.shell.octree.depth, finest);
     if (!at.marked) return inside_bit(levels, at) ? Side::inside : Side::outside;
-    return decide(index, point, {at.group, at.child, finest, local_in(u, finest)});
+    return decide(index, point, surface_point(at, finest, u));
 }
 
 ShellSide Query::classify_shell(const Vec3& point) const {

@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <tuple>
 #include <utility>
 
+#include "adaptive/refine.h"
 #include "base/names.h"
 #include "base/parallel.h"
 #include "base/progress.h"
@@ -13,6 +16,7 @@
 #include "field/lscg.h"
 #include "inspect/inspect.h"
 #include "its/inspect.h"
+#include "its/memory.h"
 #include "its/stopwatch.h"
 #include "its/weld.h"
 #include "mesh/arrays.h"
@@ -31,6 +35,7 @@ using namespace shell;
 namespace {
 
 constexpr std::uint64_t vertex_grain = 16384;
+constexpr int least_adaptive_depth = 3;  // surface cells are an eighth of the longest side wide, or less
 constexpr double lscg_tolerance =
     1e-12;  // max |f(g) − D(g)| relative to max |D|: reached in some 40 iterations
 
@@ -39,12 +44,28 @@ void check_depth(int depth) {
         throw OptionError(fmt::format("depth {}: must be 0 to {}", depth, max_depth));
 }
 
+void check_thickness(const BuildOptions& options) {
+    if (!(options.thickness >= 0) || !std::isfinite(options.thickness))
+        throw OptionError(fmt::format("thickness {}: must be finite and at least 0", options.thickness));
+    if (options.deepest && (*options.deepest < 0 || *options.deepest > max_adaptive_depth))
+        throw OptionError(
+            fmt::format("deepest cells of depth {}: must be 0 to {}", *options.deepest, max_adaptive_depth));
+    if (options.thickness == 0) return;
+    if (options.depth)
+        throw OptionError("thickness and depth: a shell is built to one of them; leave the other out");
+    if (options.solver != Solver::direct || options.extrema != Extrema::certified)
+        throw OptionError(
+            "thickness: cells of several sizes need the direct solver and certified bounds; build lscg and "
+            "candidates at a depth");
+}
+
 void check_options(const BuildOptions& options) {
     if (options.solver == Solver::lscg && !field::has_lscg())
         throw OptionError(
             "the solver LSCG is not part of this library, which was built without Eigen; choose the direct "
             "one");
     if (options.depth) check_depth(*options.depth);
+    check_thickness(options);
     if (!(options.weld >= 0) || !std::isfinite(options.weld))
         throw OptionError(fmt::format("welding length {}: must be finite and at least 0", options.weld));
     require_threads(options.run.threads);
@@ -84,10 +105,12 @@ std::uint64_t bytes_of(const Array<T>& array) {
 std::uint64_t memory_of(const ShellData& shell) {
     const SurfaceCells& surface = shell.surface;
     std::uint64_t bytes = bytes_of(surface.lower) + bytes_of(surface.upper) + bytes_of(surface.lists.offset) +
-                          bytes_of(surface.lists.bytes) + bytes_of(shell.sides.winding);
+                          bytes_of(surface.lists.bytes) + bytes_of(shell.sides.winding) +
+                          bytes_of(surface.corners_inside);
     for (const auto& inside : shell.sides.inside) bytes += bytes_of(inside);
     for (const octree::Level& level : shell.octree.levels)
-        bytes += bytes_of(level.parent) + bytes_of(level.mask) + level.first.bytes();
+        bytes += bytes_of(level.parent) + bytes_of(level.mask) + level.first.bytes() +
+                 (level.leaf.empty() ? 0 : bytes_of(level.leaf) + level.first_leaf.bytes());
     for (const auto& values : shell.field.values) bytes += bytes_of(values);
     return bytes;
 }
@@ -113,6 +136,7 @@ ShellInfo describe(const ShellData& shell, const MeshReport& report) {
     info.epsilon_inner = lattice.width * shell.epsilon_inner;
     info.epsilon_outer = lattice.width * shell.epsilon_outer;
     info.surface_cells = shell.octree.surface_cells();
+    info.adaptive = shell.octree.adaptive();
     info.cells = 8 * groups_of(shell.octree) + 1;  // the root is in no group
     info.memory_bytes = memory_of(shell);
     return info;
@@ -133,6 +157,9 @@ Shares shares_of(SignRule rule, Solver solver) {
 /// One build, phase by phase. Each phase takes what it needs from those before and frees what none after needs.
 class Builder {
 public:
+    /// One that is built to a thickness has no depth of its own, nor a budget before it begins.
+    bool adaptive() const { return options_.thickness > 0; }
+
     /// \param given  what the mesh was before welding
     Builder(const mesh::Arrays& mesh, const BuildOptions& options, const mesh::Arrays& given,
             const Progress& progress)
@@ -141,7 +168,7 @@ public:
           options_(options),
           parts_(progress),
           inspection_(inspector::examine(mesh)),  // throws on what is no mesh
-          depth_(options.depth ? *options.depth : automatic_depth(mesh, options.max_memory)),
+          depth_(starting_depth(mesh, options, inspection_.report.bounds)),
           budget_(mesh, depth_, options.max_memory) {
         report_ = inspection_.report;
         if (options.turn_parts) turn_parts();
@@ -151,13 +178,42 @@ public:
             sign_reason_ +=
                 fmt::format("; {} closed parts are turned around by nesting", report_.parts.to_turn);
         shares_ = shares_of(sign_, options.solver);
-        budget_.check_expected();
-        shell_.lattice = octree::make_lattice(inspection_.report.bounds, depth_);
+        if (!adaptive()) budget_.check_expected();
+        shell_.lattice = adaptive() ? octree::make_nested_lattice(inspection_.report.bounds, depth_,
+                                                                  std::min(depth_, least_adaptive_depth))
+                                    : octree::make_lattice(inspection_.report.bounds, depth_);
         positions_ = lattice_positions(mesh, shell_.lattice);
         if (!options.turn_parts || !directed) oriented_ = mesh::copy_of(mesh);
         if (!options.sign) oriented_ = inspector::turned(std::move(oriented_), inspection_.turn);
         const bool as_inspected = !options.sign || inspection_.turn.empty();
         if (sign_ != SignRule::generalized || !as_inspected) inspection_.filling.reset();
+    }
+
+    /// Cells, distances, signs and the field at once; then the bounds.
+    void refine() {
+        const Stopwatch time;
+        const double width = shell_.lattice.width, asked = options_.thickness / width;
+        // Bounds may be above what is attained by a gap, too.
+        const double rounding = expected_rounding(), room = asked - 2 * (rounding + extreme_gap);
+        if (!(room > 0))
+            throw OptionError(
+                fmt::format("thickness {}: rounding alone is {} here; ask for more, or move the mesh nearer to "
+                            "the origin",
+                            options_.thickness, 2 * width * rounding));
+        if (sign_ == SignRule::generalized) find_holes(asked);
+        adaptive::Refined refined = adaptive::refine(refinement_task(room), parts_.until(0.7));
+        open_.reset();
+        const int levels = shell_.lattice.depth - refined.depth;
+        shell_.lattice = octree::coarser(shell_.lattice, levels);
+        positions_ = lattice_positions(mesh_, shell_.lattice);
+        shell_.octree = std::move(refined.octree);
+        shell_.sides = std::move(refined.sides);
+        shell_.surface.corners_inside = std::move(refined.corners_inside);
+        shell_.field = field::solve_direct(std::move(refined.values));
+        voxels_.offset = std::move(refined.offset);
+        voxels_.triangle = std::move(refined.triangle);
+        coarse_ = std::move(refined.coarse);
+        seconds_.octree = time.seconds();
     }
 
     void find_cells() {
@@ -211,7 +267,7 @@ public:
                           voxels_.offset, voxels_.triangle, options_.extrema, parts_.until(1));
         shell_.surface.lower = std::move(extremes.cell_lower);
         shell_.surface.upper = std::move(extremes.cell_upper);
-        shell_.surface.lists = pack_lists(shell_.octree.levels[0], voxels_.offset, voxels_.triangle);
+        shell_.surface.lists = pack_lists(shell_.octree, voxels_.offset, voxels_.triangle);
         // A convex M may have f > 0 on all of it: the shell is the hull with 0.
         shell_.epsilon_inner = sign_ == SignRule::unsigned_rule ? 0.0 : std::min(extremes.lower, 0.0);
         shell_.epsilon_outer = std::max(extremes.upper, 0.0);
@@ -229,6 +285,11 @@ public:
         shell_.info.up = options_.up;
         shell_.info.rounding = rounding_;
         shell_.info.weld = options_.weld;
+        shell_.info.thickness_asked = options_.thickness;
+        shell_.info.max_cells = options_.max_cells;
+        shell_.info.deepest = options_.deepest.value_or(-1);
+        shell_.info.coarse_cells = coarse_.size();
+        shell_.info.coarse = bounds_of(coarse_);
         shell_.info.input_hash = input_hash(given_.view(), options_);
         seconds_.total = total_.seconds();
         return Access::make(std::move(shell_), seconds_);
@@ -237,6 +298,73 @@ public:
     const MeshReport& report() const { return report_; }
 
 private:
+    static int starting_depth(const mesh::Arrays& mesh, const BuildOptions& options, const Box& bounds) {
+        if (options.depth) return *options.depth;
+        if (options.thickness == 0) return automatic_depth(mesh, options.max_memory);
+        // A cell with no coarser one beside it has |f| ≤ √3/2 of its width on M.
+        const double side = octree::make_lattice(bounds, 0).width;
+        const double cells = std::ceil(std::log2(std::numbers::sqrt3 * side / (0.999 * options.thickness)));
+        const int most = std::min(options.deepest.value_or(max_adaptive_depth),
+                                  octree::deepest_lattice(bounds, max_adaptive_depth));
+        return std::clamp(int(std::clamp(cells, 0.0, 100.0)), std::min(most, least_adaptive_depth), most);
+    }
+
+    /// γ as it is where f is as steep as a distance can be along an edge beside a hanging corner, by far.
+    double expected_rounding() const {
+        constexpr double steepest = 8;
+        const octree::Lattice& lattice = shell_.lattice;
+        const double coarsest = std::ldexp(1.0, lattice.depth - std::min(lattice.depth, least_adaptive_depth));
+        return rounding_error(lattice, steepest, coarsest, 4 * coarsest);
+    }
+
+    /// Holes are closed by cells of 16 times the thickness, unless memory allows only larger ones.
+    void find_holes(double asked) {
+        const octree::Lattice& lattice = shell_.lattice;
+        const int coarsest = lattice.depth - std::min(depth_, least_adaptive_depth);
+        int level = std::clamp(std::ilogb(16 * asked), 0, coarsest);
+        const std::uint64_t limit = memory_limit(options_.max_memory);
+        while (level < coarsest && build_bytes(estimate_size(mesh_, lattice.depth - level)) > limit) ++level;
+        const Stopwatch time;
+        open_.emplace(mesh::Arrays(oriented_), lattice, level, parts_.until(0.2));
+        seconds_.signs = time.seconds();
+        positions_ = lattice_positions(mesh::Arrays(open_->closed()), lattice);
+    }
+
+    adaptive::Task refinement_task(double room) {
+        const bool one_sided = sign_ == SignRule::unsigned_rule;
+        const std::uint64_t limit = memory_limit(options_.max_memory);
+        return {.lattice = shell_.lattice,
+                .positions = positions_,
+                .mesh = mesh::Arrays(open_ ? open_->closed() : oriented_),
+                .rule = sign_,
+                .open = open_ ? &*open_ : nullptr,
+                .lower = one_sided ? -room : -0.5 * room,
+                .upper = one_sided ? room : 0.5 * room,
+                .least_depth = std::min(depth_, least_adaptive_depth),
+                .many_width = 4 * room,
+                .max_cells = options_.max_cells > 0 ? options_.max_cells : ~std::uint64_t{0},
+                .max_bytes = limit};
+    }
+
+    /// Bounds of surface cells of these numbers.
+    Box bounds_of(std::span<const std::uint64_t> cells) const {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        Box box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+        for (const std::uint64_t cell : cells) {
+            const octree::CellPlace place = shell_.octree.surface_place(cell);
+            const octree::Level& level = shell_.octree.levels[std::size_t(place.level)];
+            const octree::Cell at =
+                octree::morton_decode(level.parent[place.group] << 3 | std::uint64_t(place.child));
+            for (int axis = 0; axis < 3; ++axis) {
+                const std::int64_t low = std::int64_t(at[std::size_t(axis)]) << place.level,
+                                   high = low + (std::int64_t{1} << place.level);
+                box.min[axis] = std::min(box.min[axis], shell_.lattice.position(axis, low));
+                box.max[axis] = std::max(box.max[axis], shell_.lattice.position(axis, high));
+            }
+        }
+        return cells.empty() ? Box{} : box;
+    }
+
     void turn_parts() {
         oriented_ =
             inspector::turned(inspector::turned(mesh::copy_of(mesh_), inspection_.turn), inspection_.part_turn);
@@ -263,6 +391,8 @@ private:
     std::optional<signs::Signs> signs_;
     std::vector<std::vector<double>> distance_;
     double rounding_ = 0;
+    std::optional<adaptive::OpenSides> open_;
+    std::vector<std::uint64_t> coarse_;  ///< surface cells in which f on M is larger than asked for
 };
 
 constexpr Named<Extrema> extremas[] = {{Extrema::certified, "certified"}, {Extrema::candidates, "candidates"}};
@@ -293,9 +423,13 @@ ThinShell build(const MeshView& mesh, const BuildOptions& options, MeshReport* r
         const std::optional<Welded> welded =
             options.weld > 0 ? std::optional(weld(given.arrays().view(), options.weld)) : std::nullopt;
         Builder builder(welded ? mesh::Arrays(welded->mesh) : given.arrays(), options, given, progress);
-        builder.find_cells();
-        builder.find_distances();
-        builder.find_field();
+        if (builder.adaptive()) {
+            builder.refine();
+        } else {
+            builder.find_cells();
+            builder.find_distances();
+            builder.find_field();
+        }
         builder.find_bounds();
         if (report != nullptr) *report = builder.report();
         return builder.finish();

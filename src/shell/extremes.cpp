@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "base/parallel.h"
-#include "base/platform/compiler.h"
 #include "base/progress.h"
 #include "base/rounding.h"
 #include "geometry/bernstein.h"
 #include "geometry/clip.h"
+#include "geometry/fan_batch.h"
 #include "shell/candidates.h"
 
 namespace its::shell {
@@ -21,7 +21,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr geometry::Bounds nothing{infinity, -infinity, infinity, -infinity};
 constexpr std::uint64_t group_grain = 256;
-constexpr std::uint64_t cell_grain = 16384;
+constexpr std::uint64_t cell_grain = 16384, paper_grain = 1024;
 constexpr std::uint64_t refined_at_once = 64;  // cells refined between two updates of the attained extremes
 constexpr std::size_t max_pieces = 1 << 17;    // of a cell; beyond it the bounds reached so far stand
 constexpr int max_halvings = 48;               // likewise; edges are then 2⁻⁴⁸ cells, far below the gap
@@ -33,6 +33,7 @@ constexpr double roundings_of_halvings = 2 * max_halvings;
 struct CellView {
     std::uint64_t cell;  // number of the surface cell
     Vec3 corner;
+    double width;  // a power of two
     std::array<double, 8> value;
 };
 
@@ -52,27 +53,37 @@ public:
             (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) * unit_roundoff *
             lattice.cells();
         margin_ = lattice.dilation() + clipping;
-        // A point of M and the point of a piece that stands for it differ by this per axis.
-        displacement_ = lattice.point_error() + 2 * clipping + roundings_of_halvings * unit_roundoff;
+        displacement_ = lattice.point_error() + 2 * clipping;
     }
 
-    const octree::Level& level() const { return octree_.levels[0]; }
+    /// Levels that have surface cells: those below this one.
+    int levels() const { return octree_.adaptive() ? octree_.depth + 1 : 1; }
+    std::uint64_t groups(int level) const { return octree_.levels[std::size_t(level)].groups(); }
+    unsigned mask(int level, std::uint64_t group) const { return octree_.surface_mask(level, group); }
+    std::uint64_t first(int level, std::uint64_t group) const {
+        return octree_.first_surface_cell(level, group);
+    }
     std::uint64_t cells() const { return octree_.surface_cells(); }
-    double displacement() const { return displacement_; }
 
-    CellView view(std::uint64_t group, int child, std::uint64_t cell) const {
-        CellView v{.cell = cell, .corner = {}, .value = {}};
-        const octree::Cell at = octree::morton_decode(level().parent[group] << 3 | std::uint64_t(child));
-        v.corner = {double(at[0]), double(at[1]), double(at[2])};
-        for (int c = 0; c < 8; ++c)
-            v.value[c] = field_.values[0][octree::group_points * group + octree::group_point(child, c)];
+    /// A point of M and the point of a piece that stands for it, in a cell of this width, differ by this per
+    /// axis.
+    double displacement(double width) const {
+        return displacement_ + roundings_of_halvings * unit_roundoff * width;
+    }
+
+    CellView view(const octree::CellPlace& place, std::uint64_t cell) const {
+        CellView v{.cell = cell, .corner = {}, .width = std::ldexp(1.0, place.level), .value = {}};
+        const octree::Level& level = octree_.levels[std::size_t(place.level)];
+        const octree::Cell at =
+            octree::morton_decode(level.parent[place.group] << 3 | std::uint64_t(place.child));
+        v.corner = {v.width * at[0], v.width * at[1], v.width * at[2]};
+        const double* const values =
+            &field_.values[std::size_t(place.level)][octree::group_points * place.group];
+        for (int c = 0; c < 8; ++c) v.value[std::size_t(c)] = values[octree::group_point(place.child, c)];
         return v;
     }
 
-    CellView view(std::uint64_t cell) const {
-        const octree::CellPlace place = octree_.surface_place(cell);
-        return view(place.group, place.child, cell);
-    }
+    CellView view(std::uint64_t cell) const { return view(octree_.surface_place(cell), cell); }
 
     /// fn(polygon) for each triangle's part in the cell, local coordinates.
     template <class F>
@@ -80,8 +91,9 @@ public:
         for (std::uint64_t p = offset_[v.cell]; p < offset_[v.cell + 1]; ++p) {
             const Triangle& t = triangles_[triangle_[p]];
             geometry::Polygon polygon;
-            geometry::clip_to_cell(positions_[t[0]] - v.corner, positions_[t[1]] - v.corner,
-                                   positions_[t[2]] - v.corner, margin_, polygon);
+            const double scale = 1 / v.width;
+            geometry::clip_to_cell(scale * (positions_[t[0]] - v.corner), scale * (positions_[t[1]] - v.corner),
+                                   scale * (positions_[t[2]] - v.corner), scale * margin_, polygon);
             if (polygon.size > 0) fn(polygon);
         }
     }
@@ -96,19 +108,23 @@ private:
     double margin_, displacement_;
 };
 
-/// Steepest slope along a cell edge, and largest corner value: the two numbers that γ needs.
+/// The two numbers that γ needs: the most that f changes by the displacement along an edge of a cell, and the
+/// largest corner value.
 struct Steepness {
-    double slope = 0, value = 0;
+    double change = 0, value = 0;
 
-    void include(const double* v) {
-        for (int c = 0; c < 8; ++c) {
+    void include(const Surface& surface, const CellView& cell) {
+        double slope = 0;  // times the cell's width
+        const auto& v = cell.value;
+        for (std::size_t c = 0; c < 8; ++c) {
             value = std::max(value, std::abs(v[c]));
-            for (const int step : {1, 2, 4})
+            for (const std::size_t step : {1, 2, 4})
                 if (!(c & step)) slope = std::max(slope, std::abs(v[c | step] - v[c]));
         }
+        change = std::max(change, slope / cell.width * surface.displacement(cell.width));
     }
     void include(const Steepness& other) {
-        slope = std::max(slope, other.slope);
+        change = std::max(change, other.change);
         value = std::max(value, other.value);
     }
 };
@@ -117,10 +133,22 @@ struct Steepness {
 /// trilinear function is a mean of those of its edges, so f moves by at most slope × displacement per axis;
 /// outside the cell by `margin` ≪ 1/16 it grows by less than (9/8)² ≤ 4/3. Both evaluation and control values
 /// round.
-double rounding_error(const Steepness& s, double displacement) {
-    return 3 * (4.0 / 3.0) * s.slope * displacement +
+double rounding_error(const Steepness& s) {
+    return 3 * (4.0 / 3.0) * s.change +
            (geometry::trilinear_roundings + geometry::control_roundings) * unit_roundoff * s.value;
 }
+
+}  // namespace
+
+double rounding_error(const octree::Lattice& lattice, double slope, double width, double value) {
+    const double clipping = (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) *
+                            unit_roundoff * lattice.cells();
+    const double displacement =
+        lattice.point_error() + 2 * clipping + roundings_of_halvings * unit_roundoff * width;
+    return rounding_error(Steepness{slope * displacement, value});
+}
+
+namespace {
 
 float rounded_down(double x) {
     const float f = float(x);
@@ -217,11 +245,11 @@ void branch_and_bound(const Surface& surface, std::vector<double>& lower, std::v
 
 /// The paper's way: extremes attained at the candidate points of every polygon.
 void paper_extremes(const Surface& surface, double& least, double& most, const Progress& progress) {
-    const std::uint64_t groups = surface.level().groups();
-    Stage stage(progress, "extremes", groups);
-    std::vector<Range> found(chunk_count(groups, group_grain), Range{infinity, -infinity, {}, {}});
-    for_chunks(groups, group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        for (std::uint64_t cell = surface.level().first[begin]; cell < surface.level().first[end]; ++cell) {
+    const std::uint64_t cells = surface.cells();
+    Stage stage(progress, "extremes", cells);
+    std::vector<Range> found(chunk_count(cells, paper_grain), Range{infinity, -infinity, {}, {}});
+    for_chunks(cells, paper_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        for (std::uint64_t cell = begin; cell < end; ++cell) {
             const CellView view = surface.view(cell);
             surface.for_polygons(view, [&](const geometry::Polygon& polygon) {
                 std::array<Vec3, geometry::Polygon::capacity> vertices;
@@ -253,44 +281,6 @@ struct Pass {
     }
 };
 
-constexpr int lanes = 8;
-
-/// Eight triangles of polygons' fans, with the corner values of their cells.
-struct alignas(64) FanBatch {
-    double corner[8][lanes];
-    double p[3][lanes], q[3][lanes], r[3][lanes];
-    double lower[lanes], upper[lanes], least[lanes], most[lanes];
-    std::uint64_t cell[lanes];
-    int size = 0;
-
-    void add(const CellView& view, const Vec3& a, const Vec3& b, const Vec3& c) {
-        for (int i = 0; i < 8; ++i) corner[i][size] = view.value[i];
-        for (int axis = 0; axis < 3; ++axis) {
-            p[axis][size] = a[axis];
-            q[axis][size] = b[axis];
-            r[axis][size] = c[axis];
-        }
-        cell[size++] = view.cell;
-    }
-};
-
-/// The Bernstein hulls of all eight lanes.
-ITS_CLONES void bound_batch(FanBatch& batch) {
-    for (int i = 0; i < lanes; ++i) {
-        const double corners[8] = {batch.corner[0][i], batch.corner[1][i], batch.corner[2][i],
-                                   batch.corner[3][i], batch.corner[4][i], batch.corner[5][i],
-                                   batch.corner[6][i], batch.corner[7][i]};
-        const geometry::Sample p = geometry::sample(corners, {batch.p[0][i], batch.p[1][i], batch.p[2][i]});
-        const geometry::Sample q = geometry::sample(corners, {batch.q[0][i], batch.q[1][i], batch.q[2][i]});
-        const geometry::Sample r = geometry::sample(corners, {batch.r[0][i], batch.r[1][i], batch.r[2][i]});
-        const geometry::Bounds b = geometry::bernstein_bounds(corners, p, q, r);
-        batch.lower[i] = b.lower;
-        batch.upper[i] = b.upper;
-        batch.least[i] = b.least;
-        batch.most[i] = b.most;
-    }
-}
-
 /// Collects the bounds of one chunk of cells, eight triangles at a time.
 class ChunkBounds {
 public:
@@ -309,9 +299,9 @@ public:
     }
 
     void flush() {
-        bound_batch(batch_);  // lanes past the end hold earlier triangles, or nothing yet
+        geometry::bound(batch_);  // lanes past the end hold earlier triangles, or nothing yet
         for (int i = 0; i < batch_.size; ++i) {
-            const std::uint64_t c = batch_.cell[i];
+            const std::uint64_t c = batch_.tag[i];
             lower_[c] = std::min(lower_[c], batch_.lower[i]);
             upper_[c] = std::max(upper_[c], batch_.upper[i]);
             pass_.least = std::min(pass_.least, batch_.least[i]);
@@ -322,40 +312,46 @@ public:
 
 private:
     void add(const CellView& view, const Vec3& a, const Vec3& b, const Vec3& c) {
-        batch_.add(view, a, b, c);
-        if (batch_.size == lanes) flush();
+        batch_.add(view.value.data(), a, b, c, view.cell);
+        if (batch_.full()) flush();
     }
 
     std::vector<double>& lower_;
     std::vector<double>& upper_;
     Pass& pass_;
-    FanBatch batch_{};
+    geometry::FanBatch batch_{};
 };
 
 /// Bounds every surface cell by the Bernstein hull of f on M in it. Empty (lower > upper) where voxelisation
 /// took a cell to be on the safe side and M does not come near it.
 Pass bound_cells(const Surface& surface, std::vector<double>& lower, std::vector<double>& upper,
                  const Progress& progress) {
-    const octree::Level& level = surface.level();
-    Stage stage(progress, "extremes", level.groups());
-    std::vector<Pass> parts(chunk_count(level.groups(), group_grain));
-    for_chunks(level.groups(), group_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        Pass& pass = parts[chunk];
-        ChunkBounds bounds(lower, upper, pass);
-        for (std::uint64_t group = begin; group < end; ++group) {
-            std::uint64_t cell = level.first[group];
-            for (unsigned mask = level.mask[group]; mask != 0; mask &= mask - 1, ++cell) {
-                const CellView view = surface.view(group, std::countr_zero(mask), cell);
-                lower[cell] = infinity;
-                upper[cell] = -infinity;
-                pass.steepness.include(view.value.data());
-                surface.for_polygons(view,
-                                     [&](const geometry::Polygon& polygon) { bounds.add(view, polygon); });
-            }
-        }
-        bounds.flush();
-        stage.advance(end - begin);
-    });
+    std::uint64_t groups = 0;
+    for (int k = 0; k < surface.levels(); ++k) groups += surface.groups(k);
+    Stage stage(progress, "extremes", groups);
+    std::vector<Pass> parts;
+    for (int level = 0; level < surface.levels(); ++level) {
+        const std::size_t before = parts.size();
+        parts.resize(before + chunk_count(surface.groups(level), group_grain));
+        for_chunks(surface.groups(level), group_grain,
+                   [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+                       Pass& pass = parts[before + chunk];
+                       ChunkBounds bounds(lower, upper, pass);
+                       std::uint64_t cell = surface.first(level, begin);
+                       for (std::uint64_t group = begin; group < end; ++group)
+                           for (unsigned left = surface.mask(level, group); left != 0;
+                                left &= left - 1, ++cell) {
+                               const CellView view = surface.view({group, std::countr_zero(left), level}, cell);
+                               lower[cell] = infinity;
+                               upper[cell] = -infinity;
+                               pass.steepness.include(surface, view);
+                               surface.for_polygons(
+                                   view, [&](const geometry::Polygon& polygon) { bounds.add(view, polygon); });
+                           }
+                       bounds.flush();
+                       stage.advance(end - begin);
+                   });
+    }
     Pass all;
     for (const Pass& part : parts) all.include(part);
     return all;
@@ -373,7 +369,7 @@ Extremes find_extremes(const octree::Lattice& lattice, const octree::Octree& oct
     Pass pass = bound_cells(surface, lower, upper, parts.until(method == Extrema::certified ? 0.8 : 0.1));
 
     Extremes result{.lower = infinity, .upper = -infinity, .rounding = 0, .cell_lower = {}, .cell_upper = {}};
-    result.rounding = rounding_error(pass.steepness, surface.displacement());
+    result.rounding = rounding_error(pass.steepness);
     if (method == Extrema::certified) {
         branch_and_bound(surface, lower, upper, pass.least, pass.most, parts.until(1));
         for (std::uint64_t c = 0; c < lower.size(); ++c) {

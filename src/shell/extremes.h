@@ -20,6 +20,10 @@ struct Extremes {
 /// G2 is 1e-6, and `candidates` must agree to 1e-9.
 inline constexpr double extreme_gap = 0x1p-31;
 
+/// γ where f changes by at most `slope` times its length along any edge of a surface cell, cells are at most
+/// `width` wide and values at most `value`.
+double rounding_error(const octree::Lattice& lattice, double slope, double width, double value);
+
 /// Bounds f on M. γ and the proof are in docs/design/extremes.md.
 /// \param positions  vertices in lattice coordinates, as rounded by Lattice::to_lattice
 /// \param offset, triangle  the triangles that meet each surface cell dilated by lattice.dilation()

@@ -25,6 +25,9 @@ std::array<std::uint64_t, 2> input_hash(const MeshView& view, const BuildOptions
         std::uint64_t(options.solver),
         options.depth ? 0 : options.max_memory,
         std::bit_cast<std::uint64_t>(options.weld + 0.0),
+        std::bit_cast<std::uint64_t>(options.thickness + 0.0),
+        options.max_cells,
+        options.deepest ? std::uint64_t(*options.deepest) : automatic,
         mesh.vertices.size(),
         mesh.triangles.size(),
     };

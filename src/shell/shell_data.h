@@ -13,10 +13,13 @@
 
 namespace its::shell {
 
-/// What is known of each surface cell, in the order of the octree's level 0.
+/// What is known of each surface cell, in their order in the octree.
 struct SurfaceCells {
-    /// f(M ∩ c) ⊆ [lower, upper], in cell widths, rounding error included.
+    /// f(M ∩ c) ⊆ [lower, upper], in finest cell widths, rounding error included.
     Array<float> lower, upper;
+    /// Bit c: corner c of the cell, displaced, is inside. Of adaptive shells alone: where a corner hangs, the
+    /// sign of f does not tell it.
+    Array<std::uint8_t> corners_inside;
     /// Triangles that meet the cell dilated by the lattice's rounding; read by ShellData::triangles().
     TriangleLists lists;
 };
@@ -39,10 +42,16 @@ struct ShellData {
     std::uint64_t grid_points = 0;  ///< 0: not counted
     ShellInfo info;
 
-    /// The triangles that meet a surface cell: a marked child of a group of level 0.
+    /// The triangles that meet a surface cell of level 0.
     TriangleList triangles(std::uint64_t group, int child) const {
-        const unsigned before = octree.levels[0].mask[group] & ((1u << child) - 1);
-        return surface.lists.list(group, std::popcount(before), mesh.triangles.size());
+        return triangles(octree.levels[0].mask[group], group, child);
+    }
+
+    /// The same of any level. \param mask  the group's surface cells
+    /// \param number  of the group among those that may have surface cells
+    TriangleList triangles(unsigned mask, std::uint64_t number, int child) const {
+        const unsigned before = mask & ((1u << child) - 1);
+        return surface.lists.list(number, std::popcount(before), mesh.triangles.size());
     }
 };
 

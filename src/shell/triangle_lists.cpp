@@ -76,15 +76,18 @@ TriangleList TriangleLists::list(std::uint64_t group, int number, std::uint64_t 
     return {take_list(rest), limit};
 }
 
-TriangleLists pack_lists(const octree::Level& level, std::span<const std::uint64_t> offset,
-                         std::span<const std::uint32_t> triangle) {
-    const std::uint64_t groups = level.groups();
+namespace {
+
+/// \param first  ranks of the groups' surface cells
+TriangleLists pack(const octree::Ranks& first, std::span<const std::uint64_t> offset,
+                   std::span<const std::uint32_t> triangle) {
+    const std::uint64_t groups = first.size() - 1;
     const auto list_of = [&](std::uint64_t cell) {
         return triangle.subspan(offset[cell], offset[cell + 1] - offset[cell]);
     };
     std::vector<std::uint64_t> begin(groups + 1, 0);
     parallel_for(groups, group_grain, [&](std::uint64_t group) {
-        for (std::uint64_t cell = level.first[group]; cell < level.first[group + 1]; ++cell) {
+        for (std::uint64_t cell = first[group]; cell < first[group + 1]; ++cell) {
             const std::uint64_t length = list_bytes(list_of(cell));
             begin[group + 1] += digits(length) + length;
         }
@@ -93,12 +96,30 @@ TriangleLists pack_lists(const octree::Level& level, std::span<const std::uint64
     std::vector<std::uint8_t> bytes(begin.back());
     parallel_for(groups, group_grain, [&](std::uint64_t group) {
         std::uint8_t* at = bytes.data() + begin[group];
-        for (std::uint64_t cell = level.first[group]; cell < level.first[group + 1]; ++cell) {
+        for (std::uint64_t cell = first[group]; cell < first[group + 1]; ++cell) {
             at = put(list_bytes(list_of(cell)), at);
             for_numbers(list_of(cell), [&](std::uint64_t number) { at = put(number, at); });
         }
     });
     return {std::move(begin), std::move(bytes)};
+}
+
+}  // namespace
+
+TriangleLists pack_lists(const octree::Level& level, std::span<const std::uint64_t> offset,
+                         std::span<const std::uint32_t> triangle) {
+    return pack(level.first, offset, triangle);
+}
+
+TriangleLists pack_lists(const octree::Octree& octree, std::span<const std::uint64_t> offset,
+                         std::span<const std::uint32_t> triangle) {
+    if (!octree.adaptive()) return pack_lists(octree.levels[0], offset, triangle);
+    std::vector<std::uint8_t> masks;
+    masks.reserve(octree.surface_groups());
+    for (int k = 0; k <= octree.depth; ++k)
+        for (std::uint64_t group = 0; group < octree.levels[std::size_t(k)].groups(); ++group)
+            masks.push_back(std::uint8_t(octree.surface_mask(k, group)));
+    return pack(octree::Ranks(masks), offset, triangle);
 }
 
 CellLists unpack_lists(const octree::Level& level, const TriangleLists& lists, std::uint64_t limit) {

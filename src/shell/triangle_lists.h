@@ -86,8 +86,11 @@ struct CellLists {
     std::vector<std::uint32_t> triangle;
 };
 
-/// \param level  level 0 of the octree.
+/// \param level  level 0 of the octree, if all surface cells are there
 TriangleLists pack_lists(const octree::Level& level, std::span<const std::uint64_t> offset,
+                         std::span<const std::uint32_t> triangle);
+/// Of all groups that may have surface cells, in the octree's order.
+TriangleLists pack_lists(const octree::Octree& octree, std::span<const std::uint64_t> offset,
                          std::span<const std::uint32_t> triangle);
 CellLists unpack_lists(const octree::Level& level, const TriangleLists& lists, std::uint64_t limit);
 

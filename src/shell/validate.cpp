@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "base/parallel.h"
+#include "geometry/vec3.h"
 #include "its/inspect.h"
 
 namespace its::shell {
@@ -46,8 +47,8 @@ void require_all(std::uint64_t count, std::string_view what, Holds&& holds) {
 constexpr double min_scale = 1e-75, max_scale = 1e76;
 
 void check_lattice(const octree::Lattice& lattice) {
-    require(lattice.depth >= 0 && lattice.depth <= max_depth, "depth {} is not in [0, {}]", lattice.depth,
-            max_depth);
+    require(lattice.depth >= 0 && lattice.depth <= max_adaptive_depth, "depth {} is not in [0, {}]",
+            lattice.depth, max_adaptive_depth);
     require(lattice.room >= 0 && lattice.room <= std::min(lattice.depth, octree::least_levels),
             "a root cube {} levels above the scale", lattice.room + 1);
     const double scale = lattice.scale();
@@ -91,6 +92,13 @@ void check_level_sizes(const octree::Octree& octree, int k) {
     require(level.mask.size() == level.groups() && level.first.size() == level.groups() + 1,
             "arrays of level {} differ in size", k);
     require(level.groups() > 0, "level {} is empty", k);
+    const bool may_be_leaves = octree.adaptive() && k > 0;
+    require(level.leaf.size() == (may_be_leaves ? level.groups() : 0),
+            "level {} has surface cells of {} groups", k, level.leaf.size());
+    if (!may_be_leaves) return;
+    require(level.first_leaf.size() == level.groups() + 1, "arrays of level {} differ in size", k);
+    require_all(level.groups(), fmt::format("level {}: surface cells of group", k),
+                [&](std::uint64_t i) { return (level.leaf[i] & level.mask[i]) == 0; });
 }
 
 /// Groups of level k−1 are the marked children of level k, in order; so their codes ascend, and lie in the
@@ -129,7 +137,9 @@ void check_sizes(const ShellData& shell) {
         require(levels[k].size() == shell.octree.levels[k].groups() * octree::group_points,
                 "level {} has {} values", k, levels[k].size());
     const SurfaceCells& surface = shell.surface;
-    const std::uint64_t cells = shell.octree.surface_cells(), groups = shell.octree.levels[0].groups();
+    const std::uint64_t cells = shell.octree.surface_cells(), groups = shell.octree.surface_groups();
+    require(surface.corners_inside.size() == (shell.octree.adaptive() ? cells : 0),
+            "sides of the corners of {} surface cells", surface.corners_inside.size());
     require(surface.lower.size() == cells && surface.upper.size() == cells &&
                 surface.lists.offset.size() == groups + 1,
             "the arrays of surface cells differ in size");
@@ -155,29 +165,38 @@ void check_surface(const ShellData& shell) {
         return std::isfinite(surface.lower[i]) && std::isfinite(surface.upper[i]) &&
                (surface.lower[i] <= surface.upper[i]);
     });
-    const octree::Level& level = shell.octree.levels[0];
+    const octree::Octree& octree = shell.octree;
     const TriangleLists& lists = surface.lists;
     require(lists.offset[0] == 0 && lists.offset.back() == lists.bytes.size(),
             "the triangle lists of surface cells do not fill their array");
-    require_all(level.groups(), "triangle lists of group", [&](std::uint64_t i) {
-        return well_formed(lists, i, std::popcount(level.mask[i]), shell.mesh.triangles.size());
-    });
+    for (int k = 0; k == 0 || (k <= octree.depth && octree.adaptive()); ++k) {
+        const std::uint64_t before = octree.surface_groups_below(k);
+        require_all(octree.levels[std::size_t(k)].groups(), fmt::format("level {}: triangle lists of group", k),
+                    [&](std::uint64_t i) {
+                        return well_formed(lists, before + i, std::popcount(octree.surface_mask(k, i)),
+                                           shell.mesh.triangles.size());
+                    });
+    }
 }
 
-/// A surface cell is inside where its winding number is at least 1.
+/// A surface cell is inside where its winding number is at least 1, and so is its lowest corner.
 void check_sides(const ShellData& shell) {
     const signs::CellSides& sides = shell.sides;
-    if (sides.winding.empty()) return;
-    const octree::Level& level = shell.octree.levels[0];
-    require_all(level.groups(), "winding numbers of group", [&](std::uint64_t i) {
-        std::uint64_t cell = level.first[i];
-        bool good = true;
-        for (unsigned left = level.mask[i]; left != 0; left &= left - 1) {
-            const bool inside = sides.inside[0][i] >> std::countr_zero(left) & 1;
-            good &= (sides.winding[cell++] >= 1) == inside;
-        }
-        return good;
-    });
+    const Array<std::uint8_t>& corners = shell.surface.corners_inside;
+    if (sides.winding.empty() && corners.empty()) return;
+    const octree::Octree& octree = shell.octree;
+    for (int k = 0; k == 0 || (k <= octree.depth && octree.adaptive()); ++k)
+        require_all(octree.levels[std::size_t(k)].groups(), fmt::format("level {}: sides of group", k),
+                    [&](std::uint64_t i) {
+                        std::uint64_t cell = octree.first_surface_cell(k, i);
+                        bool good = true;
+                        for (unsigned left = octree.surface_mask(k, i); left != 0; left &= left - 1, ++cell) {
+                            const bool inside = sides.inside[std::size_t(k)][i] >> std::countr_zero(left) & 1;
+                            good &= sides.winding.empty() || (sides.winding[cell] >= 1) == inside;
+                            good &= corners.empty() || ((corners[cell] & 1) != 0) == inside;
+                        }
+                        return good;
+                    });
 }
 
 void check_info(const ShellData& shell) {
@@ -198,6 +217,12 @@ void check_info(const ShellData& shell) {
     require(info.root.min == shell.lattice.position({0, 0, 0}) &&
                 info.root.max == shell.lattice.position({side, side, side}),
             "the root cube does not match the lattice");
+    require(info.adaptive == shell.octree.adaptive(), "the description does not match the octree");
+    require(std::isfinite(info.thickness_asked) && info.thickness_asked >= 0 &&
+                (info.adaptive || info.thickness_asked == 0),
+            "built to a thickness of {}", info.thickness_asked);
+    require(info.coarse_cells <= info.surface_cells && finite(info.coarse.min) && finite(info.coarse.max),
+            "{} cells are too coarse", info.coarse_cells);
     require(std::isfinite(info.weld) && info.weld >= 0, "welded with {}, which is not a length", info.weld);
     require(std::isfinite(info.rounding) && info.rounding >= 0, "rounding {} is not a length", info.rounding);
     std::uint64_t cells = 1;  // the root

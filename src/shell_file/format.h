@@ -19,7 +19,7 @@ static_assert(sizeof(Vec3) == 24 && sizeof(Triangle) == 12, "meshes are written 
 
 // A byte with bit 7 and both line ends, as in PNG: files mangled by text-mode copies do not pass.
 inline constexpr std::array<unsigned char, 8> magic = {0x89, 'I', 'T', 'S', '\r', '\n', 0x1a, '\n'};
-inline constexpr std::uint32_t version = 2;  // what is written; 1 is read too
+inline constexpr std::uint32_t version = 3;  // what is written; 1 and 2 are read too
 inline constexpr std::uint32_t byte_order = 0x01020304;
 inline constexpr std::uint64_t alignment = 64;  // a cache line, and any element's own alignment
 
@@ -63,12 +63,14 @@ enum Kind : std::uint32_t {
     list_bytes,
     level_inside,
     cell_winding,
+    level_leaf,    // since version 3
+    cell_corners,  // since version 3
 };
 
 /// Sections that nothing else in the file is reached through. LoadCheck::quick does not read them.
 inline bool is_payload(std::uint32_t kind) {
     return kind == level_values || kind == cell_lower || kind == cell_upper || kind == list_offset ||
-           kind == list_bytes || kind == cell_winding;
+           kind == list_bytes || kind == cell_winding || kind == cell_corners;
 }
 
 /// The arrays that only version 1 has.
@@ -79,9 +81,9 @@ struct OldArrays {
 };
 
 /// Calls visit(kind, level, array) for every array of the shell, in the order of the file: what a quick load
-/// reads comes first. The octree's levels and the field's are as many as depth + 1.
+/// reads comes first. The octree's levels and the field's are as many as depth + 1. From version 2 on.
 template <class Shell, class Visit>
-void visit_arrays(Shell& shell, Visit&& visit) {
+void visit_arrays(Shell& shell, std::uint32_t file_version, Visit&& visit) {
     visit(sign_reason, 0, shell.info.sign_reason);
     visit(vertices, 0, shell.mesh.vertices);
     visit(triangles, 0, shell.mesh.triangles);
@@ -90,12 +92,14 @@ void visit_arrays(Shell& shell, Visit&& visit) {
         visit(level_parent, k, shell.octree.levels[k].parent);
         visit(level_mask, k, shell.octree.levels[k].mask);
         visit(level_inside, k, shell.sides.inside[k]);
+        if (file_version > 2) visit(level_leaf, k, shell.octree.levels[k].leaf);
     }
     visit(cell_lower, 0, shell.surface.lower);
     visit(cell_upper, 0, shell.surface.upper);
     visit(list_offset, 0, shell.surface.lists.offset);
     visit(list_bytes, 0, shell.surface.lists.bytes);
     visit(cell_winding, 0, shell.sides.winding);
+    if (file_version > 2) visit(cell_corners, 0, shell.surface.corners_inside);
     for (std::uint32_t k = 0; k < levels; ++k) visit(level_values, k, shell.field.values[k]);
 }
 
@@ -138,6 +142,10 @@ void visit_facts(Shell& shell, std::uint32_t file_version, Visit&& visit) {
     if (file_version == 1) return;
     all(shell.grid_points, info.input_hash[0], info.input_hash[1], info.weld);
     all(info.up);  // 0 where it is not known, as in all files before there was such a number
+    if (file_version == 2) return;
+    all(info.adaptive, info.thickness_asked, info.max_cells, info.deepest, info.coarse_cells);
+    all(info.coarse.min.x, info.coarse.min.y, info.coarse.min.z, info.coarse.max.x, info.coarse.max.y,
+        info.coarse.max.z);
 }
 
 inline std::uint64_t to_word(double v) {

@@ -39,7 +39,7 @@ Header read_header(Bytes file) {
     require(header.magic == magic, "is not an .its file");
     require(file.size() >= sizeof(Header), "is cut short{}", rebuild);
     require(header.byte_order == byte_order, "has its bytes in another order{}", rebuild);
-    require(header.version == 1 || header.version == version,
+    require(header.version >= 1 && header.version <= version,
             "has format version {}, and this program reads versions 1 to {}; rebuild it", header.version,
             version);
     require(header.file_bytes == file.size(), "should have {} bytes and has {}{}", header.file_bytes,
@@ -111,7 +111,8 @@ void read_facts(Bytes file, const Section& section, std::uint32_t file_version, 
     });
     for (; known < words.size(); ++known) good &= words[known] == 0;
     good &= file_version == 1 || shell.grid_points > 0;
-    require(good && shell.lattice.depth >= 0 && shell.lattice.depth <= max_depth && shell.info.depth >= 0 &&
+    const int deepest = shell.info.adaptive ? max_adaptive_depth : max_depth;
+    require(good && shell.lattice.depth >= 0 && shell.lattice.depth <= deepest && shell.info.depth >= 0 &&
                 shell.info.depth <= shell.lattice.depth,
             "has damaged numbers");
     shell.lattice.room = shell.lattice.depth - shell.info.depth;
@@ -146,7 +147,7 @@ void refer_to_sections(const FileBytes& file, std::uint32_t file_version, const 
     if (file_version == 1)
         visit_arrays_of_version_1(shell, old, visit);
     else
-        visit_arrays(shell, visit);
+        visit_arrays(shell, file_version, visit);
     require(next == table.size(), "has {} sections, too many at depth {}", table.size(), shell.lattice.depth);
 }
 
@@ -186,7 +187,7 @@ shell::ShellData read_shell(const FileBytes& file, const std::string& name, Load
         refer_to_sections(file, header.version, table, shell, old);
         if (header.version == 1) check = LoadCheck::full;  // its lists are converted, and so read anyway
         check_sums(file.bytes, table, check);
-        for (octree::Level& level : shell.octree.levels) level = {level.parent, level.mask};
+        for (octree::Level& level : shell.octree.levels) level = {level.parent, level.mask, level.leaf};
         if (header.version == 1) convert_version_1(old, shell);
         shell::validate_structure(shell);
         if (check == LoadCheck::full) shell::validate_payload(shell);

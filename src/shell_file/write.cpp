@@ -53,7 +53,7 @@ Layout lay_out(const shell::ShellData& shell, Facts& words) {
         layout.parts.push_back({{kind, level, 0, bytes.size(), array.size(), sizeof(array[0]), 0}, bytes});
     };
     add(facts, 0, words);
-    visit_arrays(shell, add);
+    visit_arrays(shell, version, add);
     parallel_for(layout.parts.size(), 1,
                  [&](std::uint64_t i) { layout.parts[i].section.checksum = checksum(layout.parts[i].bytes); });
 

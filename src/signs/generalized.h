@@ -42,6 +42,7 @@ public:
     bool inside(std::int64_t x, std::int64_t y, std::int64_t z) const;
 
     const winding::Filling& filling() const { return filling_; }
+    const HolePoints& holes() const { return holes_; }
 
 private:
     struct Cube;

@@ -28,10 +28,13 @@ public:
     /// \param parent  the cell that the group halves, of level `level` + 1
     void shorten(const octree::Cell& parent, int level, double* distance) const;
 
+    bool empty() const { return code_.empty(); }
+    /// Of the lattice point with this Morton code; infinite where it is none of these. Precondition: not empty.
+    double distance(std::uint64_t code) const;
+
 private:
     bool may_have(std::uint64_t block) const { return filter_[place(block)]; }
     static std::size_t place(std::uint64_t block);
-    double distance(std::uint64_t code) const;
 
     static constexpr int filter_bits = 20;
     std::vector<std::uint64_t> code_;  ///< in ascending order

@@ -14,6 +14,7 @@
 #include "its/surface.h"
 #include "shell/access.h"
 #include "surface/enclosure.h"
+#include "surface/leaf_surface.h"
 #include "surface/level_search.h"
 #include "surface/polygonise.h"
 
@@ -65,11 +66,21 @@ Rounding make_rounding(const octree::Lattice& lattice, Coordinates coordinates) 
 /// resolution.
 double expected_cells(const shell::ShellData& shell, int resolution) {
     const int depth = shell.lattice.depth;
-    const double ratio = resolution == 0 ? 1.0 : double(shell.lattice.scale_cells()) / resolution;
-    if (ratio < 2) return 1.5 * double(shell.octree.surface_cells()) / (ratio * ratio);
+    const octree::Octree& octree = shell.octree;
+    if (resolution == 0) return 1.5 * double(octree.surface_cells());
+    const double ratio = double(shell.lattice.scale_cells()) / resolution;
+    double cells = 0;  // in surface cells that are no smaller
+    for (int level = 0; level <= depth; ++level) {
+        const double width = std::ldexp(1.0, level);
+        const std::uint64_t count = octree.surface_cells_below(level + 1) - octree.surface_cells_below(level);
+        if (width >= ratio || (level == 0 && ratio < 2))
+            cells += double(count) * (width / ratio) * (width / ratio);
+    }
+    if (ratio < 2) return 1.5 * cells;
     const int level = std::min(std::ilogb(ratio), depth);
     const double width = std::ldexp(1.0, level);
-    return 1.5 * double(shell.octree.levels[level - 1].groups()) * (width / ratio) * (width / ratio);
+    return 1.5 *
+           (cells + double(octree.levels[std::size_t(level) - 1].groups()) * (width / ratio) * (width / ratio));
 }
 
 std::unique_ptr<LevelSource> make_source(const shell::ShellData& shell, const SurfaceOptions& options,
@@ -117,13 +128,6 @@ void check_inside_root(const shell::ShellData& shell, double level) {
     const Array<double>& values = shell.field.values[std::size_t(shell.lattice.depth)];
     for (int c = 0; c < 8; ++c)
         if (values[std::size_t(octree::group_point(c, c))] < level) refuse_open_level();
-}
-
-/// Only where 32-bit numbers are few for a cell.
-[[noreturn]] void refuse_folded() {
-    throw OptionError(
-        "with 32-bit numbers the surface would meet itself at this distance from the origin; write .ply, .obj "
-        "or .off, which keep doubles, or lower the depth or resolution");
 }
 
 /// The largest depth below M that f reaches at a grid point, in mesh units.
@@ -333,7 +337,55 @@ std::uint64_t crossed_cells(const Extraction& e) {
     }));
 }
 
+/// On the cells of an adaptive shell themselves.
+Surface extract_from_leaves(const shell::ShellData& shell, const SurfaceOptions& options,
+                            const Progress& progress) {
+    const Stopwatch watch;
+    Parts all(progress);
+    check_values(shell);
+    MemoryGuard guard(options.max_memory);
+    guard.check_expected(expected_cells(shell, 0), double(shell.lattice.scale_cells()));
+    const Grid grid = finest_source(shell, make_rounding(shell.lattice, options.coordinates))->grid();
+    const double own = own_level(shell, options.side), width = shell.lattice.width;
+    std::optional<double> given;
+    if (options.level) given = *options.level / width;
+    if (!given && (options.side == SurfaceSide::zero || !options.certify)) given = own;
+    LeafSurface found = extract_leaf_surface(shell, grid, options.side, given, own, options.certify, guard,
+                                             all.until(options.measure ? 0.5 : 1));
+    check_inside_root(shell, found.level);
+    Surface surface;
+    surface.mesh = std::move(found.mesh);
+    SurfaceReport& report = surface.report;
+    report.side = options.side;
+    report.level = width * found.level;
+    report.empty = surface.mesh.triangles.empty();
+    report.cell_width = grid.step;
+    report.origin = grid.rounding.origin;
+    report.cells = found.cells;
+    if (options.certify && !report.empty) {
+        report.lowest = width * found.range.lower;
+        report.highest = width * found.range.upper;
+    }
+    if (options.certify && !report.empty && options.side != SurfaceSide::zero) {
+        const bool outer = options.side == SurfaceSide::outer;
+        const double margin = outer ? found.range.lower - own : own - found.range.upper;
+        report.margin = width * margin;
+        report.certified = margin > 0;
+        const Enclosure enclosed = margin > 0 ? Enclosure{count_parts(shell.mesh), {}}
+                                              : enclosure(shell.mesh, surface.mesh, outer ? 1 : 0, {});
+        report.components = enclosed.components;
+        report.components_enclosed = enclosed.components - enclosed.wrong.size();
+    }
+    explain(shell, options, report);
+    report.seconds.extract = watch.seconds();
+    if (options.measure && !report.empty) measure(shell, all.until(1), surface);
+    report.seconds.total = watch.seconds();
+    return surface;
+}
+
 Surface extract(const shell::ShellData& shell, const SurfaceOptions& options, const Progress& progress) {
+    if (shell.octree.adaptive() && options.resolution == 0)
+        return extract_from_leaves(shell, options, progress);
     const Stopwatch watch;
     Parts all(progress);
     check_values(shell);

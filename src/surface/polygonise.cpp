@@ -170,6 +170,12 @@ void refuse_open_level() {
         "the level set leaves the shell's root cube; choose a level nearer to 0 or a larger depth");
 }
 
+void refuse_folded() {
+    throw OptionError(
+        "with 32-bit numbers the surface would meet itself at this distance from the origin; write .ply, .obj "
+        "or .off, which keep doubles, or lower the depth or resolution");
+}
+
 bool stars_are_embedded(const SurfaceFrame& frame, std::span<const LevelCell> cells) {
     std::vector<std::uint8_t> good(chunk_count(cells.size(), cell_grain), 1);
     for_chunks(cells.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {

@@ -21,4 +21,7 @@ bool stars_are_embedded(const SurfaceFrame& frame, std::span<const LevelCell> ce
 /// \throws OptionError that says so.
 [[noreturn]] void refuse_open_level();
 
+/// \throws OptionError that says so, where 32-bit numbers are few for a cell.
+[[noreturn]] void refuse_folded();
+
 }  // namespace its::surface

@@ -59,14 +59,16 @@ inline constexpr double fine_gap = 0x1p-32, coarse_gap = 0x1p-26;
 /// proven error is 49 of these, ours 64 · √3.
 inline constexpr double distance_roundings = 256;
 
-/// How far the proof's computed pieces may be from M, per axis.
-double piece_error(const Lattice& lattice);
+/// How far the proof's computed pieces may be from M, per axis, in widths of a cell that is `width` finest ones
+/// wide.
+double piece_error(const Lattice& lattice, double width = 1);
 /// Pieces are cut from cells dilated by this much, so that no point of M in the cell is lost to rounding.
 double cell_dilation(const Lattice& lattice);
 /// Of a cell dilated by this, what is left of a triangle shows that the cell must be marked and list it.
 double certain_dilation(const Lattice& lattice);
-/// What a proven bound may exceed its limit by: coarse_gap plus the rounding of clipping.
-double proven_tolerance(const Lattice& lattice);
+/// What a proven bound may exceed its limit by: coarse_gap plus the rounding of clipping. \param width  of the
+/// largest surface cell
+double proven_tolerance(const Lattice& lattice, double width);
 
 /// G2: how far ε may be from a value that f attains on M: 10⁻⁶, and the rounding of coordinates, which grows
 /// with the distance from the origin and is part of γ.

@@ -108,11 +108,12 @@ std::uint64_t memory_of(const shell::ShellData& data) {
     const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
     std::uint64_t sum = bytes(data.surface.lower) + bytes(data.surface.upper) +
                         bytes(data.surface.lists.offset) + bytes(data.surface.lists.bytes) +
-                        bytes(data.sides.winding);
+                        bytes(data.sides.winding) + bytes(data.surface.corners_inside);
     for (std::size_t k = 0; k < data.octree.levels.size(); ++k) {
         const octree::Level& level = data.octree.levels[k];
         sum += bytes(level.parent) + bytes(level.mask) + 16 * (level.mask.size() / 8 + 1) +
                bytes(data.sides.inside[k]) + bytes(data.field.values[k]);
+        if (!level.leaf.empty()) sum += bytes(level.leaf) + 16 * (level.leaf.size() / 8 + 1);
     }
     return sum;
 }
@@ -122,16 +123,18 @@ std::uint64_t memory_of(const shell::ShellData& data) {
 /// slopes along three axes; interpolation adds 15 roundings of the largest value. In cell widths.
 double least_rounding(const View& view) {
     double slope = 0, value = 0;
-    for (std::size_t i = 0; i < view.data().octree.levels[0].parent.size(); ++i)
-        for (int child = 0; child < 8; ++child) {
-            if ((view.data().octree.levels[0].mask[i] >> child & 1) == 0) continue;
-            double v[8];
-            for (int c = 0; c < 8; ++c) {
-                v[c] = view.data().field.values[0][points_of_group * i + std::uint64_t(group_point(child, c))];
-                value = std::max(value, std::abs(v[c]));
+    for (int k = 0; k < view.surface_levels(); ++k)
+        for (std::size_t i = 0; i < view.data().octree.levels[std::size_t(k)].parent.size(); ++i)
+            for (int child = 0; child < 8; ++child) {
+                if ((view.surface_bits(k, i) >> child & 1) == 0) continue;
+                double v[8];
+                for (int c = 0; c < 8; ++c) {
+                    v[c] = view.data().field.values[std::size_t(k)]
+                                                   [points_of_group * i + std::uint64_t(group_point(child, c))];
+                    value = std::max(value, std::abs(v[c]));
+                }
+                for (const double s : slopes(v)) slope = std::max(slope, std::ldexp(s, -k));
             }
-            for (const double s : slopes(v)) slope = std::max(slope, s);
-        }
     const Lattice& lattice = view.lattice();
     const double displaced = 4 * roundoff * lattice.reach() + 2 * lattice.ulp();
     return 3 * slope * displaced + 15 * roundoff * value;
@@ -177,13 +180,16 @@ void check_numbers(const Job& job, VerifyReport& report) {
 std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_depth, bool chose_sign, bool turned_parts) {
     const ShellInfo& info = job.view.data().info;
     constexpr std::uint64_t chosen = ~std::uint64_t{0};
-    const std::uint64_t numbers[] = {chose_depth ? chosen : std::uint64_t(info.depth),
+    const std::uint64_t numbers[] = {chose_depth || info.adaptive ? chosen : std::uint64_t(info.depth),
                                      chose_sign ? chosen : std::uint64_t(info.sign),
                                      std::uint64_t(turned_parts),
                                      std::uint64_t(info.extrema),
                                      std::uint64_t(info.solver),
-                                     chose_depth ? job.options.build_memory : 0,
+                                     chose_depth || info.adaptive ? job.options.build_memory : 0,
                                      std::bit_cast<std::uint64_t>(info.weld),
+                                     std::bit_cast<std::uint64_t>(info.thickness_asked),
+                                     info.max_cells,
+                                     info.deepest < 0 ? chosen : std::uint64_t(info.deepest),
                                      job.mesh.vertices.size(),
                                      job.mesh.triangles.size()};
     const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), XXH3_freeState);

@@ -83,21 +83,74 @@ private:
     Columns columns_;
 };
 
+/// Where surface cells are of several levels: a point hangs if one of the cells of its level around it is not
+/// there, and the leaf that covers that one is a surface cell. Its value is then the interpolation of the level
+/// above, by means of two along x, then y, then z.
+class Hanging {
+public:
+    explicit Hanging(const View& view) : view_(view) {}
+
+    bool operator()(int level, const Index& at) const {
+        if (!view_.adaptive() || level == view_.lattice().depth) return false;
+        const std::int64_t cells = view_.lattice().cells();
+        for (int around = 0; around < 8; ++around) {
+            Cell finest;  // of the cell, the one at the point
+            bool in_root = true;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const std::int64_t i = at[axis] - std::int64_t(around >> axis & 1);
+                in_root = in_root && i >= 0 && i < cells;
+                finest[axis] = std::uint32_t(i);
+            }
+            if (!in_root) continue;
+            const CellEntry leaf = view_.leaf(finest);
+            if (leaf.marked && leaf.level > level) return true;
+        }
+        return false;
+    }
+
+    /// Whether the value at the group's point is that interpolation, to the last bit.
+    bool interpolates(int level, std::uint64_t group, int point) const {
+        const shell::ShellData& data = view_.data();
+        const Cell parent = separate(data.octree.levels[std::size_t(level)].parent[group]);
+        const std::uint64_t above = view_.group(level + 1, {parent[0] >> 1, parent[1] >> 1, parent[2] >> 1});
+        const int child = int(parent[0] & 1) + 2 * int(parent[1] & 1) + 4 * int(parent[2] & 1);
+        double v[8];
+        for (int c = 0; c < 8; ++c)
+            v[c] = data.field.values[std::size_t(level) + 1]
+                                    [points_of_group * above + std::uint64_t(group_point(child, c))];
+        const int half[3] = {point % 3, point / 3 % 3, point / 9};
+        int count = 8;
+        for (const int along :
+             half) {  // halves the list of values, which begins with those that differ along x
+            for (int i = 0; i < count / 2; ++i)
+                v[i] = along == 0 ? v[2 * i] : along == 2 ? v[2 * i + 1] : 0.5 * (v[2 * i] + v[2 * i + 1]);
+            count /= 2;
+        }
+        return v[0] == data.field.values[std::size_t(level)][points_of_group * group + std::uint64_t(point)];
+    }
+
+private:
+    const View& view_;
+};
+
 // Sides of cells.
 
 struct SideTally {
     std::uint64_t bits = 0, wrong_bits = 0, numbers = 0, wrong_numbers = 0, mixed = 0;
-    bool other_numbers = false;  ///< some grid point of level 0 has a winding number other than 0 and 1
+    std::uint64_t corners = 0, wrong_corners = 0;  ///< of surface cells of several sizes
+    /// Some grid point of a level with surface cells has a winding number other than 0 and 1.
+    bool other_numbers = false;
     Vec3 wrong_at;
-    std::uint64_t wrong() const { return wrong_bits + wrong_numbers + mixed; }
+    std::uint64_t wrong() const { return wrong_bits + wrong_numbers + mixed + wrong_corners; }
 };
 
 /// The lowest corners of a group's cells, and the winding numbers of all its points on level 0.
 void check_group_sides(const Job& job, const Rule& rule, int level, std::uint64_t group, SideTally& tally) {
     const shell::ShellData& data = job.view.data();
     const unsigned inside = data.sides.inside[std::size_t(level)][group];
-    const unsigned mask = data.octree.levels[std::size_t(level)].mask[group];
-    std::uint64_t cell = level == 0 ? job.view.first_surface(group) : 0;
+    const bool surface = level < job.view.surface_levels();
+    const unsigned mask = surface ? job.view.surface_bits(level, group) : 0u;
+    std::uint64_t cell = surface ? job.view.first_surface(level, group) : 0;
     const auto wrong = [&](std::uint64_t& count, const Index& at) {
         if (tally.wrong() == 0) tally.wrong_at = job.view.lattice().position(at);
         ++count;
@@ -107,16 +160,23 @@ void check_group_sides(const Job& job, const Rule& rule, int level, std::uint64_
         const std::int32_t number = rule.number(at);
         ++tally.bits;
         if ((inside >> child & 1) != unsigned(number >= 1)) wrong(tally.wrong_bits, at);
-        if (level != 0 || (mask >> child & 1) == 0) continue;
+        if ((mask >> child & 1) == 0) continue;
         if (!data.sides.winding.empty()) {
             ++tally.numbers;
             if (data.sides.winding[cell] != number) wrong(tally.wrong_numbers, at);
         }
+        if (job.view.adaptive() && rule.rule() != SignRule::generalized)
+            for (int c = 0; c < 8; ++c) {
+                const Index corner = index_of(job.view, level, group, group_point(child, c));
+                ++tally.corners;
+                if ((data.surface.corners_inside[cell] >> c & 1) != int(rule.number(corner) >= 1))
+                    wrong(tally.wrong_corners, corner);
+            }
         ++cell;
     }
-    if (level == 0 && rule.whole())
+    if (surface && rule.whole())
         for (int p = 0; p < points_of_group; ++p) {
-            const std::int32_t number = rule.number(index_of(job.view, 0, group, p));
+            const std::int32_t number = rule.number(index_of(job.view, level, group, p));
             tally.other_numbers = tally.other_numbers || number < 0 || number > 1;
         }
 }
@@ -124,13 +184,16 @@ void check_group_sides(const Job& job, const Rule& rule, int level, std::uint64_
 /// Cells that neither have finer ones nor meet M (or the surface that fills its holes) have one side.
 void check_one_side(const Job& job, int level, std::uint64_t group, double tolerance, SideTally& tally) {
     const shell::ShellData& data = job.view.data();
+    const Hanging hanging(job.view);
     for (int child = 0; child < 8; ++child) {
         if (data.octree.levels[std::size_t(level)].mask[group] >> child & 1) continue;
+        if (level < job.view.surface_levels() && (job.view.surface_bits(level, group) >> child & 1)) continue;
         bool above = false, below = false;
         for (int c = 0; c < 8; ++c) {
+            const int point = group_point(child, c);
+            if (hanging(level, index_of(job.view, level, group, point))) continue;  // its value has no side
             const double v =
-                data.field
-                    .values[std::size_t(level)][points_of_group * group + std::uint64_t(group_point(child, c))];
+                data.field.values[std::size_t(level)][points_of_group * group + std::uint64_t(point)];
             above = above || v > tolerance;
             below = below || v < -tolerance;
         }
@@ -168,6 +231,7 @@ SideTally tally_sides(const Job& job, const Rule& rule) {
         for (const SideTally& t : tallies) {
             if (sum.wrong() == 0) sum.wrong_at = t.wrong_at;
             sum.bits += t.bits, sum.wrong_bits += t.wrong_bits;
+            sum.corners += t.corners, sum.wrong_corners += t.wrong_corners;
             sum.numbers += t.numbers, sum.wrong_numbers += t.wrong_numbers, sum.mixed += t.mixed;
             sum.other_numbers = sum.other_numbers || t.other_numbers;
         }
@@ -181,15 +245,16 @@ void check_sides(const Job& job, const Rule& rule, VerifyReport& report) {
     VerifyCheck check{"G3 sides of cells",
                       sum.wrong() == 0 && !unnumbered,
                       true,
-                      sum.bits + sum.numbers,
+                      sum.bits + sum.numbers + sum.corners,
                       sum.wrong() + std::uint64_t(unnumbered),
                       0,
                       ""};
     if (sum.wrong() > 0)
         check.detail = fmt::format(
-            "{} sides and {} winding numbers of lowest corners are wrong, {} cells that do not meet M have two "
-            "sides; first at {}",
-            sum.wrong_bits, sum.wrong_numbers, sum.mixed, place(sum.wrong_at));
+            "{} sides and {} winding numbers of lowest corners and {} sides of others are wrong, {} cells that "
+            "do "
+            "not meet M have two sides; first at {}",
+            sum.wrong_bits, sum.wrong_numbers, sum.wrong_corners, sum.mixed, place(sum.wrong_at));
     else if (unnumbered)
         check.detail = "winding numbers other than 0 and 1, and none stored for surface cells";
     else if (rule.whole())
@@ -203,13 +268,16 @@ void check_sides(const Job& job, const Rule& rule, VerifyReport& report) {
 // Values of grid points.
 
 struct ValueTally {
+    std::uint64_t hanging = 0, wrong_hanging = 0;
     std::uint64_t signs = 0, wrong_sign = 0, undecided = 0, distances = 0, wrong_distance = 0, holes = 0;
     double winding_gap = infinity;  ///< least |winding − ½| among decided signs
     double nearest_wrong = 0;       ///< largest |value| of a wrong sign
     double distance_error = 0;
-    Vec3 wrong_at, distance_at;
+    Vec3 wrong_at, distance_at, hanging_at;
 
     void add(const ValueTally& t) {
+        if (wrong_hanging == 0) hanging_at = t.hanging_at;
+        hanging += t.hanging, wrong_hanging += t.wrong_hanging;
         signs += t.signs, wrong_sign += t.wrong_sign, undecided += t.undecided;
         distances += t.distances, wrong_distance += t.wrong_distance, holes += t.holes;
         winding_gap = std::min(winding_gap, t.winding_gap);
@@ -246,6 +314,7 @@ public:
         : job_(job),
           rule_(rule),
           lattice_(job.view.lattice()),
+          hanging_(job.view),
           nearest_(job.mesh),
           tolerance_(value_tolerance(job)) {}
 
@@ -254,6 +323,12 @@ public:
     /// \param selected  to be compared with the distance; and for its winding number, if this costs
     void check(int level, std::uint64_t group, int point, bool selected, ValueTally& tally) const {
         const Index at = index_of(job_.view, level, group, point);
+        if (hanging_(level, at)) {
+            ++tally.hanging;
+            if (!hanging_.interpolates(level, group, point) && tally.wrong_hanging++ == 0)
+                tally.hanging_at = lattice_.position(at);
+            return;
+        }
         const double stored = value(level, group, point, at);
         if (rule_.rule() != SignRule::generalized || selected) check_sign(at, stored, tally);
         if (selected) check_distance(at, stored, tally);
@@ -306,14 +381,25 @@ private:
         if (error >= tally.distance_error) tally.distance_error = error, tally.distance_at = p;
     }
 
-    /// Generalized: whether the point is a corner of a finest cell with an edge along which the winding number
+    /// Generalized: whether the point is a corner of a cell with an edge along which the winding number
     /// passes ½ where M does not: then |value| is the distance to there, to first order, and at most D.
     bool next_to_hole(const Index& at) const {
         if (rule_.rule() != SignRule::generalized || !rule_.within_bounds(at)) return false;
+        if (!job_.view.adaptive()) return next_to_hole(at, 1);
+        // Holes may be closed by larger cells.
+        for (std::int64_t step = 1; step < lattice_.cells(); step *= 2) {
+            if (next_to_hole(at, step)) return true;
+            if (((at[0] | at[1] | at[2]) & step) != 0) break;
+        }
+        return false;
+    }
+
+    bool next_to_hole(const Index& at, std::int64_t step) const {
         Estimate w[27];
         bool known[27];
         for (int i = 0; i < 27; ++i) {
-            const Index near{at[0] + i % 3 - 1, at[1] + i / 3 % 3 - 1, at[2] + i / 9 - 1};
+            const Index near{at[0] + step * (i % 3 - 1), at[1] + step * (i / 3 % 3 - 1),
+                             at[2] + step * (i / 9 - 1)};
             bool inside = true;
             for (const std::int64_t c : near) inside = inside && c >= 0 && c <= lattice_.cells();
             known[i] = inside && rule_.within_bounds(near);
@@ -334,6 +420,7 @@ private:
     const Job& job_;
     const Rule& rule_;
     const Lattice& lattice_;
+    Hanging hanging_;
     Nearest nearest_;
     double tolerance_;
 };
@@ -398,6 +485,19 @@ void check_values(const Job& job, const Rule& rule, VerifyReport& report) {
             fmt::format("; {} on M{} left out", sum.undecided, rule.whole() ? "" : " or at winding number ½");
     if (sum.wrong_sign > 0) signs.detail += fmt::format("; wrong at {}", place(sum.wrong_at));
     report.checks.push_back(signs);
+
+    if (job.view.adaptive()) {
+        VerifyCheck hanging{
+            "hanging points", sum.wrong_hanging == 0, true, sum.hanging, sum.wrong_hanging, 0, ""};
+        hanging.detail = fmt::format(
+            "{} grid points beside larger surface cells, all have the value of the level above", sum.hanging);
+        if (sum.wrong_hanging > 0)
+            hanging.detail = fmt::format(
+                "{} of {} grid points beside larger surface cells do not have the value "
+                "of the level above, first at {}",
+                sum.wrong_hanging, sum.hanging, place(sum.hanging_at));
+        report.checks.push_back(hanging);
+    }
 
     VerifyCheck distances{"G3 distances",
                           sum.wrong_distance == 0,

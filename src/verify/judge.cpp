@@ -18,8 +18,8 @@ namespace verifier {
 
 // 3 units for the conversion to lattice coordinates, 6 for each of the 6 planes of a cell: 39. Then at most
 // 64 clips in coordinates of the cell, each 6 · 2⁻⁵³.
-double piece_error(const Lattice& lattice) {
-    return 40 * lattice.ulp() + 64 * 6 * 0x1p-53;
+double piece_error(const Lattice& lattice, double width) {
+    return 40 * lattice.ulp() / width + 64 * 6 * 0x1p-53;
 }
 
 // More than the 39 units that a vertex may be off.
@@ -34,10 +34,12 @@ double certain_dilation(const Lattice& lattice) {
 }
 
 // A piece is left when its bound is within a gap of an attained value that is inside the limit. The gap is
-// coarse_gap plus the errors of both; |∂f/∂xᵢ| ≤ 1 for values of a distance, and those near M are at most 8.
-double proven_tolerance(const Lattice& lattice) {
-    return coarse_gap + 3 * piece_error(lattice) + 2 * 3 * (piece_error(lattice) + cell_dilation(lattice)) +
-           2 * 512 * 0x1p-53 * 8;
+// coarse_gap plus the errors of both; |∂f/∂xᵢ| ≤ 1 for values of a distance, and those near M are at most 8
+// cell widths; in larger cells all of it is as much larger, at most.
+double proven_tolerance(const Lattice& lattice, double width) {
+    return coarse_gap +
+           width * (3 * piece_error(lattice) + 2 * 3 * (piece_error(lattice) + cell_dilation(lattice)) +
+                    2 * 512 * 0x1p-53 * 8);
 }
 
 // A point of M as a caller gives it may be off by 4 roundings of its coordinates per axis; f has slopes of at

@@ -49,20 +49,25 @@ bool decode_list(Digits& digits, std::uint64_t end, std::uint64_t triangles, Lis
 
 }  // namespace
 
-std::optional<std::string> decode_lists(const shell::ShellData& data, Lists& out) {
-    const Array<std::uint8_t>& mask = data.octree.levels[0].mask;
+std::optional<std::string> decode_lists(const View& view, Lists& out) {
+    const shell::ShellData& data = view.data();
     const Array<std::uint64_t>& offset = data.surface.lists.offset;
     const Array<std::uint8_t>& bytes = data.surface.lists.bytes;
-    if (offset.size() != mask.size() + 1 || offset[0] != 0 || offset.back() != bytes.size())
+    std::uint64_t groups = 0;
+    for (int k = 0; k < view.surface_levels(); ++k) groups += data.octree.levels[std::size_t(k)].parent.size();
+    if (offset.size() != groups + 1 || offset[0] != 0 || offset.back() != bytes.size())
         return "triangle lists: offsets do not span the bytes";
-    for (std::uint64_t g = 0; g < mask.size(); ++g) {
-        const std::string damaged = fmt::format("triangle lists: those of group {} are damaged", g);
-        if (offset[g] > offset[g + 1] || offset[g + 1] > bytes.size()) return damaged;
-        Digits digits(bytes, offset[g], offset[g + 1]);
-        for (int left = std::popcount(mask[g]); left > 0; --left)
-            if (!decode_list(digits, offset[g + 1], data.mesh.triangles.size(), out)) return damaged;
-        if (digits.at() != offset[g + 1]) return damaged;
-    }
+    std::uint64_t number = 0;
+    for (int k = 0; k < view.surface_levels(); ++k)
+        for (std::uint64_t g = 0; g < data.octree.levels[std::size_t(k)].parent.size(); ++g, ++number) {
+            const std::string damaged =
+                fmt::format("triangle lists: those of group {} of level {} are damaged", g, k);
+            if (offset[number] > offset[number + 1] || offset[number + 1] > bytes.size()) return damaged;
+            Digits digits(bytes, offset[number], offset[number + 1]);
+            for (int left = std::popcount(view.surface_bits(k, g)); left > 0; --left)
+                if (!decode_list(digits, offset[number + 1], data.mesh.triangles.size(), out)) return damaged;
+            if (digits.at() != offset[number + 1]) return damaged;
+        }
     return {};
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "shell/shell_data.h"
+#include "verify/view.h"
 
 /// The triangle lists of surface cells, read by what docs/design/file-format.md says of sections 13 and 14.
 namespace its::verifier {
@@ -16,7 +17,7 @@ struct Lists {
     std::vector<std::uint32_t> triangle;
 };
 
-/// \return what is wrong with the bytes, or nothing: then `out` has a list for every bit of level 0's masks
-std::optional<std::string> decode_lists(const shell::ShellData& data, Lists& out);
+/// \return what is wrong with the bytes, or nothing: then `out` has a list for every surface cell
+std::optional<std::string> decode_lists(const View& view, Lists& out);
 
 }  // namespace its::verifier

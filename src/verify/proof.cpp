@@ -21,16 +21,17 @@ struct Piece {
 /// The state of one polygon's proof.
 class Bounding {
 public:
-    Bounding(const Lattice& lattice, const Goal& goal, const Cell& cell, const double (&v)[8], double local_low,
-             double local_high, ProofTally& tally)
+    Bounding(const Lattice& lattice, const Goal& goal, const Cell& cell, double width, const double (&v)[8],
+             double local_low, double local_high, ProofTally& tally)
         : lattice_(lattice),
           goal_(goal),
           cell_(cell),
+          width_(width),
           v_(v),
           local_low_(local_low),
           local_high_(local_high),
           local_slack_(coarse_gap),
-          displacement_(piece_error(lattice)),
+          displacement_(piece_error(lattice, width)),
           tally_(tally) {
         const auto slope = slopes(v);
         // The pieces reach beyond the cell by rounding, where slopes are larger by a factor of 1 + 2⁻³⁰ at
@@ -38,9 +39,9 @@ public:
         // A vertex may stand for a point of M that is as far beyond the cell's face as walk() cuts: in a
         // neighbour, where slopes are at most 1 for values of a distance.
         double steepest = 0;
-        for (const double s : slope) steepest += std::max(s, 1.0);
-        attained_error_ =
-            evaluation_error(v) + 2 * steepest * (displacement_ + cell_dilation(lattice)) * (1 + 0x1p-20);
+        for (const double s : slope) steepest += std::max(s, width);
+        attained_error_ = evaluation_error(v) +
+                          2 * steepest * (displacement_ + cell_dilation(lattice) / width) * (1 + 0x1p-20);
         error_ = evaluation_error(v) + (slope[0] + slope[1] + slope[2]) * displacement_ * (1 + 0x1p-20);
         for (const double value : v)
             smallest_ = std::min(smallest_, value), largest_ = std::max(largest_, value);
@@ -138,12 +139,13 @@ private:
             if (i == 0 || value > best) best = value, at = i;
         }
         const Vec3 corner = {double(cell_[0]), double(cell_[1]), double(cell_[2])};
-        return lattice_.from_lattice(corner + polygon.vertex[at]);
+        return lattice_.from_lattice(width_ * (corner + polygon.vertex[at]));
     }
 
     const Lattice& lattice_;
     const Goal& goal_;
     const Cell& cell_;
+    double width_;
     const double (&v_)[8];
     double local_low_, local_high_, local_slack_, displacement_;
     double error_ = 0, attained_error_ = 0, smallest_ = infinity, largest_ = -infinity;
@@ -170,9 +172,10 @@ void ProofTally::add(const ProofTally& o) {
     listed += o.listed, unlisted += o.unlisted;
 }
 
-void bound_polygon(const Lattice& lattice, const Goal& goal, const Cell& cell, const double (&v)[8],
-                   double local_low, double local_high, const Polygon& polygon, ProofTally& tally) {
-    Bounding(lattice, goal, cell, v, local_low, local_high, tally).run(polygon);
+void bound_polygon(const Lattice& lattice, const Goal& goal, const Cell& cell, double width,
+                   const double (&v)[8], double local_low, double local_high, const Polygon& polygon,
+                   ProofTally& tally) {
+    Bounding(lattice, goal, cell, width, v, local_low, local_high, tally).run(polygon);
 }
 
 }  // namespace its::verifier

@@ -42,8 +42,10 @@ struct ProofTally {
 };
 
 /// Bounds f over the convex `polygon`, in coordinates of the cell (0 to 1), of the cell with corner values v.
+/// \param width  of the cell, in finest cells; `cell` are its coordinates on its level
 /// \param local_low, local_high  the cell's own bounds, infinite where it has none.
-void bound_polygon(const Lattice& lattice, const Goal& goal, const Cell& cell, const double (&v)[8],
-                   double local_low, double local_high, const Polygon& polygon, ProofTally& tally);
+void bound_polygon(const Lattice& lattice, const Goal& goal, const Cell& cell, double width,
+                   const double (&v)[8], double local_low, double local_high, const Polygon& polygon,
+                   ProofTally& tally);
 
 }  // namespace its::verifier

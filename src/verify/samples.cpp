@@ -58,9 +58,18 @@ public:
             range[axis] = exact ? closed_cells(axis, i, p[axis]) : reach(x[axis], error[axis] / lattice_.width);
         }
         double corner[8];
-        job_.view.corners(cell, job_.view.cell(cell), corner);
+        const CellEntry entry = job_.view.leaf(cell);
+        job_.view.corners(cell, entry, corner);
+        double width = 1;
+        if (entry.marked && entry.level > 0) {
+            width = std::ldexp(1.0, entry.level);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const double low = width * double(cell[axis] >> entry.level);
+                t[axis] = (1 / width) * (x[axis] - low);
+            }
+        }
         const double own = double(trilinear(corner, t));
-        const double slack = displaced(corner, error);
+        const double slack = displaced(corner, width, error);
         contain(p, shipped, slack, tally);
         const double difference = std::abs(shipped - own);
         if (!(difference <= rounding_ + 0x1p-51 * std::abs(own))) ++tally.wrong_value;
@@ -92,10 +101,11 @@ private:
 
     /// How much f may differ between p and the point of M that it stands for. Twice the cell's slopes: the
     /// point may lie in a neighbour.
-    double displaced(const double (&corner)[8], const Vec3& error) const {
+    double displaced(const double (&corner)[8], double width, const Vec3& error) const {
         const auto slope = slopes(corner);
         double sum = 0;
-        for (int axis = 0; axis < 3; ++axis) sum += 2 * slope[axis] * error[axis] / lattice_.width;
+        for (int axis = 0; axis < 3; ++axis)
+            sum += 2 * slope[std::size_t(axis)] / width * error[axis] / lattice_.width;
         return sum;
     }
 
@@ -119,7 +129,7 @@ private:
             for (std::int64_t y = range[1].low; y <= range[1].high; ++y)
                 for (std::int64_t x = range[0].low; x <= range[0].high; ++x) {
                     const CellEntry entry =
-                        job_.view.cell({std::uint32_t(x), std::uint32_t(y), std::uint32_t(z)});
+                        job_.view.leaf({std::uint32_t(x), std::uint32_t(y), std::uint32_t(z)});
                     if (!entry.marked) continue;
                     const double margin =
                         slack + std::min(surface.upper[entry.surface] - f, f - surface.lower[entry.surface]);

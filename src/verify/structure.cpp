@@ -15,7 +15,7 @@ using Complaint = std::optional<std::string>;  ///< what is wrong; empty: nothin
 
 Complaint check_shape(const shell::ShellData& data) {
     const octree::Octree& octree = data.octree;
-    if (octree.depth < 0 || octree.depth > max_depth)
+    if (octree.depth < 0 || octree.depth > max_adaptive_depth)
         return fmt::format("depth {} is out of range", octree.depth);
     if (data.lattice.depth != octree.depth) return "lattice and octree differ in depth";
     if (!(data.lattice.width > 0) || !std::isfinite(data.lattice.width)) return "cell width is not positive";
@@ -24,6 +24,12 @@ Complaint check_shape(const shell::ShellData& data) {
     for (std::size_t k = 0; k < octree.levels.size(); ++k) {
         const octree::Level& level = octree.levels[k];
         if (level.mask.size() != level.parent.size()) return fmt::format("level {}: arrays differ in size", k);
+        const bool leaves = k > 0 && octree.levels[1].leaf.size() > 0;
+        if (level.leaf.size() != (leaves ? level.parent.size() : 0))
+            return fmt::format("level {}: surface cells of another number of groups", k);
+        for (std::size_t g = 0; g < level.leaf.size(); ++g)
+            if ((level.leaf[g] & level.mask[g]) != 0)
+                return fmt::format("level {}: a surface cell of group {} is subdivided", k, g);
         if (data.field.values[k].size() != points_of_group * level.parent.size())
             return fmt::format("level {}: not 27 values per group", k);
     }
@@ -55,8 +61,12 @@ Complaint check_level(const octree::Octree& octree, int k) {
     return {};
 }
 
-Complaint check_surface(const shell::ShellData& data, std::uint64_t cells) {
+Complaint check_surface(const View& view) {
+    const shell::ShellData& data = view.data();
     const shell::SurfaceCells& surface = data.surface;
+    const std::uint64_t cells = view.surface_cells();
+    if (surface.corners_inside.size() != (view.adaptive() ? cells : 0))
+        return "sides of corners: not one byte per surface cell";
     if (cells == 0) return "no cell meets the mesh";
     if (surface.lower.size() != cells || surface.upper.size() != cells)
         return "local bounds: not one per surface cell";
@@ -87,6 +97,15 @@ Complaint check_numbers(const View& view) {
         differ(info.epsilon_outer, data.epsilon_outer * w))
         return "info: ε differs from the arrays'";
     if (!(info.weld >= 0) || !std::isfinite(info.weld)) return "info: the welding length is not a length";
+    if (info.adaptive != view.adaptive()) return "info: cells of several sizes, or of one";
+    if (!(info.thickness_asked >= 0) || !std::isfinite(info.thickness_asked) ||
+        (info.thickness_asked > 0 && !info.adaptive))
+        return "info: the thickness asked for is not one";
+    if (info.coarse_cells > info.surface_cells) return "info: more cells are too coarse than there are";
+    if ((info.coarse_cells > 0) != (info.thickness_asked > 0 && info.thickness() > info.thickness_asked))
+        return "info: cells are too coarse, or none, and the thickness is not";
+    if (info.coarse_cells == 0 && (info.coarse.min != Vec3{} || info.coarse.max != Vec3{}))
+        return "info: bounds of no cells that are too coarse";
     if (!(info.rounding >= 0) || !std::isfinite(info.rounding)) return "info: γ is not a length";
     if (info.depth != lattice.depth - lattice.room || info.cell_width != w)
         return "info: depth or cell width differ";
@@ -186,8 +205,8 @@ std::optional<Arrays> check_structure(const shell::ShellData& data, const Progre
     if (complaint) return finish(1, *complaint), std::nullopt;
     Arrays arrays{View(data), {}, {}, 0};
     const View& view = arrays.view;
-    complaint = check_surface(data, view.surface_cells());
-    if (!complaint) complaint = decode_lists(data, arrays.lists);
+    complaint = check_surface(view);
+    if (!complaint) complaint = decode_lists(view, arrays.lists);
     if (complaint) return finish(1, *complaint), std::nullopt;
     const PointTally points = check_points(view, progress, arrays);
     check.tested = points.compared;

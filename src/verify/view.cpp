@@ -7,10 +7,25 @@
 namespace its::verifier {
 
 View::View(const shell::ShellData& data) : data_(data), lattice_(data.lattice) {
-    const Array<std::uint8_t>& mask = data.octree.levels[0].mask;
-    first_.reserve(mask.size() + 1);
-    first_.push_back(0);
-    for (const std::uint8_t bits : mask) first_.push_back(first_.back() + std::uint64_t(std::popcount(bits)));
+    const std::vector<octree::Level>& levels = data.octree.levels;
+    first_.resize(levels.size() > 1 && levels[1].leaf.size() > 0 ? levels.size() : 1);
+    std::uint64_t before = 0;
+    for (int k = 0; k < int(first_.size()); ++k) {
+        std::vector<std::uint64_t>& first = first_[std::size_t(k)];
+        const std::uint64_t groups = levels[std::size_t(k)].parent.size();
+        first.reserve(groups + 1);
+        for (std::uint64_t g = 0; g < groups; ++g) {
+            first.push_back(before);
+            before += std::uint64_t(std::popcount(surface_bits(k, g)));
+        }
+        first.push_back(before);
+    }
+}
+
+unsigned View::surface_bits(int level, std::uint64_t group) const {
+    const octree::Level& l = data_.octree.levels[std::size_t(level)];
+    if (level == 0) return l.mask[group];
+    return adaptive() ? l.leaf[group] : 0u;
 }
 
 std::uint64_t View::group(int level, const Cell& parent) const {
@@ -20,16 +35,27 @@ std::uint64_t View::group(int level, const Cell& parent) const {
     return it != codes.end() && *it == code ? std::uint64_t(it - codes.begin()) : no_group;
 }
 
-CellEntry View::cell_of(std::uint64_t group, const Cell& cell) const {
+CellEntry View::cell_of(std::uint64_t group, const Cell& cell, int level) const {
     CellEntry entry;
     entry.group = group;
+    entry.level = level;
     entry.child = int(cell[0] & 1) + 2 * int(cell[1] & 1) + 4 * int(cell[2] & 1);
     if (entry.group == no_group) return entry;
-    const octree::Level& level = data_.octree.levels[0];
-    const unsigned mask = level.mask[entry.group];
+    const unsigned mask = surface_bits(level, group);
     entry.marked = mask >> entry.child & 1;
-    entry.surface = first_[entry.group] + std::uint64_t(std::popcount(mask & ((1u << entry.child) - 1)));
+    entry.surface =
+        first_surface(level, group) + std::uint64_t(std::popcount(mask & ((1u << entry.child) - 1)));
     return entry;
+}
+
+CellEntry View::leaf(const Cell& finest) const {
+    if (!adaptive()) return cell(finest);
+    for (int k = 0; k < surface_levels(); ++k) {
+        const std::uint64_t found =
+            group(k, {finest[0] >> (k + 1), finest[1] >> (k + 1), finest[2] >> (k + 1)});
+        if (found != no_group) return cell_of(found, {finest[0] >> k, finest[1] >> k, finest[2] >> k}, k);
+    }
+    return {};
 }
 
 bool View::stored(int level, const std::array<std::int64_t, 3>& g, double& value) const {
@@ -89,8 +115,9 @@ DoubleDouble View::sum_from(int level, const Point3& x) const {
 
 void View::corners(const Cell& cell, const CellEntry& entry, double (&out)[8]) const {
     for (int c = 0; c < 8; ++c) {
-        if (entry.group != no_group) {
-            out[c] = data_.field.values[0][points_of_group * entry.group + group_point(entry.child, c)];
+        if (entry.marked || (entry.group != no_group && entry.level == 0)) {
+            out[c] = data_.field.values[std::size_t(entry.level)][points_of_group * entry.group +
+                                                                  std::uint64_t(group_point(entry.child, c))];
         } else {
             const Point3 corner = {cell[0] + double(c & 1), cell[1] + double(c >> 1 & 1),
                                    cell[2] + double(c >> 2)};

@@ -54,9 +54,27 @@ public:
             for (std::int64_t k = cells.low; k <= cells.high; ++k) {
                 if (!cut(row, third, k, piece)) continue;
                 cell[third] = std::uint32_t(k);
-                meet(part, cell, piece);
+                meet(part, cell, look_up(cell), piece);
             }
         }
+    }
+
+    /// All leaves below a cell of a level, where surface cells are of several: each cell on the way cuts the
+    /// part anew, so that roundings do not add up.
+    void descend(const Part& part, int level, const Cell& cell) {
+        const double width = std::ldexp(1.0, level);
+        Polygon piece = part.polygon, next;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double low = width * double(cell[std::size_t(axis)]);
+            if (!clip_slab(piece, axis, low - dilation_, low + width + dilation_, next)) return;
+            piece = next;
+        }
+        const bool divided = level > 0 && job_.view.group(level - 1, cell) != no_group;
+        const CellEntry entry = divided ? CellEntry{} : leaf_of(level, cell);
+        if (entry.marked || level == 0) return meet(part, cell, entry, piece);
+        for (std::uint32_t child = 0; child < 8; ++child)  // f is not trilinear in all of an empty leaf
+            descend(part, level - 1,
+                    {2 * cell[0] + (child & 1), 2 * cell[1] + (child >> 1 & 1), 2 * cell[2] + (child >> 2)});
     }
 
 private:
@@ -64,8 +82,15 @@ private:
         return clip_slab(in, axis, double(i) - dilation_, double(i + 1) + dilation_, out);
     }
 
-    void meet(const Part& part, const Cell& cell, const Polygon& piece) {
-        const CellEntry entry = look_up(cell);
+    /// A cell that is not subdivided, of a level; not marked if it is in a leaf only.
+    CellEntry leaf_of(int level, const Cell& cell) const {
+        const std::uint64_t group = job_.view.group(level, {cell[0] >> 1, cell[1] >> 1, cell[2] >> 1});
+        return job_.view.cell_of(group, cell, level);
+    }
+
+    /// The part in a cell of the entry's level.
+    void meet(const Part& part, const Cell& cell, const CellEntry& entry, const Polygon& piece) {
+        const double width = std::ldexp(1.0, entry.level);
         coverage(part, cell, entry, piece);
         ++tally_.pairs;
         if (piece.overflow) {
@@ -74,7 +99,9 @@ private:
         }
         Polygon local = piece;
         for (int i = 0; i < local.count; ++i)  // exact: the result has no more bits than the vertex
-            for (int axis = 0; axis < 3; ++axis) local.vertex[i][axis] -= double(cell[axis]);
+            for (int axis = 0; axis < 3; ++axis)
+                local.vertex[i][axis] =
+                    (local.vertex[i][axis] - width * double(cell[std::size_t(axis)])) / width;
         double v[8];
         job_.view.corners(cell, entry, v);
         double low = -infinity, high = infinity;
@@ -83,7 +110,7 @@ private:
             low = job_.view.data().surface.lower[entry.surface];
             high = job_.view.data().surface.upper[entry.surface];
         }
-        bound_polygon(lattice_, goal_, cell, v, low, high, local, tally_);
+        bound_polygon(lattice_, goal_, cell, width, v, low, high, local, tally_);
     }
 
     CellEntry look_up(const Cell& cell) {
@@ -102,7 +129,8 @@ private:
             tally_.listed += listed;
             return;
         }
-        if (!certainly_meets(cell, piece)) {
+        const double width = std::ldexp(1.0, entry.level);
+        if (!certainly_meets(cell, width, piece)) {
             tally_.grazing += !entry.marked;
             return;
         }
@@ -110,7 +138,7 @@ private:
         if (entry.marked) {
             if (tally_.unlisted++ == 0) tally_.unlisted_at = at;
         } else {
-            const double depth = depth_in(cell, piece);
+            const double depth = depth_in(cell, width, piece);
             ++tally_.uncovered;
             if (depth >= tally_.uncovered_depth) tally_.uncovered_depth = depth, tally_.uncovered_at = at;
         }
@@ -124,12 +152,11 @@ private:
 
     /// Whether some vertex is so near to the cell that, whatever rounding did, the triangle meets the cell
     /// dilated as the file promises.
-    bool certainly_meets(const Cell& cell, const Polygon& piece) const {
+    bool certainly_meets(const Cell& cell, double width, const Polygon& piece) const {
         Polygon inside = piece, next;
         for (int axis = 0; axis < 3; ++axis) {
-            if (!clip_slab(inside, axis, double(cell[axis]) - certain_, double(cell[axis]) + 1 + certain_,
-                           next) ||
-                next.overflow)
+            const double low = width * double(cell[std::size_t(axis)]);
+            if (!clip_slab(inside, axis, low - certain_, low + width + certain_, next) || next.overflow)
                 return false;
             inside = next;
         }
@@ -137,13 +164,13 @@ private:
     }
 
     /// How deep in the cell the deepest vertex is.
-    static double depth_in(const Cell& cell, const Polygon& piece) {
+    static double depth_in(const Cell& cell, double width, const Polygon& piece) {
         double deepest = 0;
         for (int i = 0; i < piece.count; ++i) {
-            double depth = 0.5;
+            double depth = 0.5 * width;
             for (int axis = 0; axis < 3; ++axis) {
-                const double x = piece.vertex[i][axis] - double(cell[axis]);
-                depth = std::min({depth, x, 1 - x});
+                const double x = piece.vertex[i][axis] - width * double(cell[std::size_t(axis)]);
+                depth = std::min({depth, x, width - x});
             }
             deepest = std::max(deepest, depth);
         }
@@ -185,7 +212,25 @@ Slabs slabs_of(const Walker& walker, const Polygon& polygon) {
     return best;
 }
 
+/// Where surface cells are of several levels: triangle by triangle, from the root down.
+ProofTally walk_leaves(const Job& job, const Goal& goal) {
+    const std::uint64_t triangles = job.mesh.triangles.size();
+    constexpr std::uint64_t grain = 16;
+    Stage stage(job.parts.until(0.5), "verify: proof", triangles);
+    std::vector<ProofTally> tallies(chunk_count(triangles, grain));
+    for_chunks(triangles, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+        Walker walker(job, goal, tallies[chunk]);
+        for (std::uint64_t t = begin; t < end; ++t)
+            walker.descend(make_part(job, t), job.view.lattice().depth + 1, {0, 0, 0});
+        stage.advance(end - begin);
+    });
+    ProofTally sum;
+    for (const ProofTally& tally : tallies) sum.add(tally);
+    return sum;
+}
+
 ProofTally walk(const Job& job, const Goal& goal) {
+    if (job.view.adaptive()) return walk_leaves(job, goal);
     const std::uint64_t triangles = job.mesh.triangles.size();
     ProofTally unused;
     const Walker ruler(job, goal, unused);
@@ -235,22 +280,22 @@ struct ListTally {
 };
 
 /// The lists of a group's cells: triangles that are not near their cell.
-void check_lists_of(const Job& job, std::uint64_t group, ListTally& tally) {
+void check_lists_of(const Job& job, int level, std::uint64_t group, ListTally& tally) {
     const Lattice& lattice = job.view.lattice();
     const Lists& lists = job.arrays.lists;
-    const octree::Level& level = job.view.data().octree.levels[0];
-    const Cell parent = separate(level.parent[group]);
-    std::uint64_t surface = job.view.first_surface(group);
+    const Cell parent = separate(job.view.data().octree.levels[std::size_t(level)].parent[group]);
+    const double width = std::ldexp(1.0, level);
+    std::uint64_t surface = job.view.first_surface(level, group);
     for (unsigned child = 0; child < 8; ++child) {
-        if ((level.mask[group] >> child & 1) == 0) continue;
+        if ((job.view.surface_bits(level, group) >> child & 1) == 0) continue;
         for (std::uint64_t i = lists.begin[surface]; i < lists.begin[surface + 1]; ++i) {
             Polygon piece = make_part(job, lists.triangle[i]).polygon, next;
             const double margin = list_margin(lattice, piece);
             bool near = true;
             Vec3 corner;
             for (int axis = 0; axis < 3 && near; ++axis) {
-                corner[axis] = 2.0 * parent[std::size_t(axis)] + double(child >> axis & 1);
-                near = clip_slab(piece, axis, corner[axis] - margin, corner[axis] + 1 + margin, next);
+                corner[axis] = width * (2.0 * parent[std::size_t(axis)] + double(child >> axis & 1));
+                near = clip_slab(piece, axis, corner[axis] - margin, corner[axis] + width + margin, next);
                 piece = next;
             }
             ++tally.tested;
@@ -261,18 +306,20 @@ void check_lists_of(const Job& job, std::uint64_t group, ListTally& tally) {
 }
 
 ListTally check_foreign(const Job& job) {
-    const std::uint64_t groups = job.view.data().octree.levels[0].parent.size();
     constexpr std::uint64_t grain = 256;
-    Stage stage(job.parts.until(0.55), "verify: lists", groups);
-    std::vector<ListTally> tallies(chunk_count(groups, grain));
-    for_chunks(groups, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        for (std::uint64_t g = begin; g < end; ++g) check_lists_of(job, g, tallies[chunk]);
-        stage.advance(end - begin);
-    });
+    Stage stage(job.parts.until(0.55), "verify: lists", job.view.surface_cells());
     ListTally sum;
-    for (const ListTally& t : tallies) {
-        if (sum.foreign == 0) sum.at = t.at;
-        sum.tested += t.tested, sum.foreign += t.foreign;
+    for (int level = 0; level < job.view.surface_levels(); ++level) {
+        const std::uint64_t groups = job.view.data().octree.levels[std::size_t(level)].parent.size();
+        std::vector<ListTally> tallies(chunk_count(groups, grain));
+        for_chunks(groups, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            for (std::uint64_t g = begin; g < end; ++g) check_lists_of(job, level, g, tallies[chunk]);
+            stage.advance(job.view.first_surface(level, end) - job.view.first_surface(level, begin));
+        });
+        for (const ListTally& t : tallies) {
+            if (sum.foreign == 0) sum.at = t.at;
+            sum.tested += t.tested, sum.foreign += t.foreign;
+        }
     }
     return sum;
 }
@@ -293,6 +340,15 @@ Goal make_goal(const Job& job) {
     if (goal.inner < 0) goal.tight_inner = goal.inner + tolerance;
     if (goal.outer > 0) goal.tight_outer = goal.outer - tolerance;
     return goal;
+}
+
+/// Width of the largest surface cell, in finest cells.
+double largest_cell(const View& view) {
+    for (int level = view.surface_levels() - 1; level > 0; --level) {
+        const std::uint64_t groups = view.data().octree.levels[std::size_t(level)].parent.size();
+        if (view.first_surface(level, groups) > view.first_surface(level, 0)) return std::ldexp(1.0, level);
+    }
+    return 1;
 }
 
 void report_coverage(const Job& job, const ProofTally& sum, VerifyReport& report) {
@@ -343,7 +399,7 @@ void report_coverage(const Job& job, const ProofTally& sum, VerifyReport& report
 void check_all_of_mesh(const Job& job, VerifyReport& report) {
     const Goal goal = make_goal(job);
     const ProofTally sum = walk(job, goal);
-    const double w = job.width(), tolerance = proven_tolerance(job.view.lattice());
+    const double w = job.width(), tolerance = proven_tolerance(job.view.lattice(), largest_cell(job.view));
     report.proven_min = sum.low * w;
     report.proven_max = sum.high * w;
     report_coverage(job, sum, report);

@@ -149,7 +149,7 @@ TEST(Classify, BoundsSettleMostPointsAndWalksSomeOfTheRest) {
         const octree::Cell finest = query::finest_cell(u);
         const query::Place at = query::descend(index.levels.data(), 0, 5, finest);
         if (!at.marked) continue;
-        const query::SurfacePoint point{at.group, at.child, finest, query::local_in(u, finest)};
+        const query::SurfacePoint point = query::surface_point(at, finest, u);
         const query::Decision how = query::how_decided(index, point);
         ++seen[int(how)];
         if (how == query::Decision::walk) {

@@ -59,6 +59,7 @@ Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule) {
             gained += geometry::segment_crossing(corner(t, 0), corner(t, 1), corner(t, 2), point, far, meet);
             degenerate |= meet;
         }
+        if (!degenerate && rule == SignRule::even_odd) return gained % 2 != 0 ? Side::inside : Side::outside;
         if (!degenerate) return gained <= -1 ? Side::inside : Side::outside;  // outside of all it is 0
     }
     throw Error("no segment avoids all edges");

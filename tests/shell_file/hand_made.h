@@ -44,8 +44,8 @@ inline void fill_arrays(shell::ShellData& shell) {
         for (std::uint32_t t = 0; t <= i % shell.mesh.triangles.size(); ++t) triangle.push_back(t);
         offset.push_back(triangle.size());
     }
-    shell.surface = {std::move(lower), std::move(upper),
-                     shell::pack_lists(shell.octree.levels[0], offset, triangle)};
+    shell.surface = {
+        std::move(lower), std::move(upper), {}, shell::pack_lists(shell.octree.levels[0], offset, triangle)};
 }
 
 /// K = 0: the root's eight children, two of which meet the mesh of one triangle.

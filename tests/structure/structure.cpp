@@ -17,12 +17,19 @@ namespace fs = std::filesystem;
 
 /// From the bottom up. A module includes itself and those of lower layers, never a sibling in its own layer.
 const std::vector<std::vector<std::string>> layers = {
-    {"base"},    {"geometry"},
-    {"mesh"},    {"formats", "octree", "winding"},
-    {"inspect"}, {"distance"},
-    {"signs"},   {"field"},
-    {"shell"},   {"query", "surface", "simplify", "verify", "shell_file"},
-    {"display"}, {"picture", "page", "vdb"},
+    {"base"},
+    {"geometry"},
+    {"mesh"},
+    {"formats", "octree", "winding"},
+    {"inspect"},
+    {"distance"},
+    {"signs"},
+    {"field"},
+    {"adaptive"},
+    {"shell"},
+    {"query", "surface", "simplify", "verify", "shell_file"},
+    {"display"},
+    {"picture", "page", "vdb"},
 };
 
 /// What verify may include of other modules: the declarations of a shell's arrays, and arithmetic of vectors.

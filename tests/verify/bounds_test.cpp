@@ -111,7 +111,7 @@ TEST(Bounds, ProofFindsTheMaximum) {
             goal.inner = goal.proven_inner = goal.strict_inner = -10;
             goal.outer = goal.proven_outer = goal.strict_outer = outer;
             ProofTally tally;
-            bound_polygon(lattice, goal, {3, 4, 5}, v, -infinity, infinity, polygon, tally);
+            bound_polygon(lattice, goal, {3, 4, 5}, 1, v, -infinity, infinity, polygon, tally);
             return tally;
         };
         EXPECT_GT(run(highest - 1e-3).violations, 0u);  // a witness is found

@@ -38,6 +38,13 @@ BuildOptions asked(int depth, SignRule rule) {
     return options;
 }
 
+BuildOptions to_thickness(double thickness, SignRule rule) {
+    BuildOptions options;
+    options.thickness = thickness;
+    options.sign = rule;
+    return options;
+}
+
 /// A sphere without the triangles above a height: an open mesh with an inside.
 Mesh cup() {
     Mesh mesh = zoo::sphere({0.1, 0.2, 0.3}, 1, 2);
@@ -48,11 +55,14 @@ Mesh cup() {
 }
 
 std::vector<Subject> subjects() {
-    return {{"torus, winding", zoo::torus(1.0, 0.35, 12, 6), asked(3, SignRule::winding)},
-            {"overlapping spheres, winding", zoo::overlapping_spheres(1), asked(2, SignRule::winding)},
-            {"box, even-odd", zoo::box({0, 0, 0}, {1, 0.5, 0.25}), asked(2, SignRule::even_odd)},
-            {"cup, generalized", cup(), asked(2, SignRule::generalized)},
-            {"soup, unsigned", zoo::soup(12, 7), asked(2, SignRule::unsigned_rule)}};
+    return {
+        {"torus, winding", zoo::torus(1.0, 0.35, 12, 6), asked(3, SignRule::winding)},
+        {"overlapping spheres, winding", zoo::overlapping_spheres(1), asked(2, SignRule::winding)},
+        {"box, even-odd", zoo::box({0, 0, 0}, {1, 0.5, 0.25}), asked(2, SignRule::even_odd)},
+        {"cup, generalized", cup(), asked(2, SignRule::generalized)},
+        {"soup, unsigned", zoo::soup(12, 7), asked(2, SignRule::unsigned_rule)},
+        {"box, adaptive", zoo::box({0, 0, 0}, {1, 0.5, 0.25}), to_thickness(0.1, SignRule::winding)},
+        {"overlapping spheres, adaptive", zoo::overlapping_spheres(1), to_thickness(0.2, SignRule::winding)}};
 }
 
 /// A file and where its sections are.
@@ -250,18 +260,36 @@ void change_cells(Trial& trial) {
             const auto flip = [bit](std::uint8_t byte) { return std::uint8_t(byte ^ 1u << bit); };
             trial.each("masks: one bit", mask.count, changing<std::uint8_t>(mask, flip));
             trial.each("sides: one bit", inside.count, changing<std::uint8_t>(inside, flip));
+            const shell_file::Section& leaf = trial.file().section(shell_file::level_leaf, k);
+            trial.each("surface cells: one bit", leaf.count, changing<std::uint8_t>(leaf, flip));
         }
     }
+    const shell_file::Section& corners = trial.file().section(shell_file::cell_corners);
+    for (unsigned bit = 0; bit < 8; ++bit)
+        trial.each(
+            "sides of corners: one bit", corners.count,
+            changing<std::uint8_t>(corners, [bit](std::uint8_t b) { return std::uint8_t(b ^ 1u << bit); }));
     const shell_file::Section& winding = trial.file().section(shell_file::cell_winding);
     for (const int step : {1, -1, 7})
         trial.each("winding numbers", winding.count,
                    changing<std::int32_t>(winding, [step](std::int32_t w) { return w + step; }));
 }
 
+/// Number of the surface cell that holds a finest one.
+std::uint64_t surface_cell(const octree::Octree& octree, std::uint64_t code) {
+    int level = 0;
+    while (octree.find(level, code >> 3) == octree::no_group) {
+        ++level;
+        code >>= 3;
+    }
+    const std::uint64_t group = octree.find(level, code >> 3);
+    const unsigned before = octree.surface_mask(level, group) & ((1u << (code & 7)) - 1);
+    return octree.first_surface_cell(level, group) + std::uint64_t(std::popcount(before));
+}
+
 /// The least and greatest f among points of M in each surface cell, in cell widths.
 void attained(const Trial& trial, const Mesh& mesh, std::vector<double>& low, std::vector<double>& high) {
     const shell::ShellData& data = trial.data();
-    const octree::Level& level = data.octree.levels[0];
     low.assign(data.octree.surface_cells(), 1e30);
     high.assign(low.size(), -1e30);
     constexpr int steps = 100;
@@ -279,8 +307,7 @@ void attained(const Trial& trial, const Mesh& mesh, std::vector<double>& low, st
                     clear = clear && std::abs(u - std::nearbyint(u)) > 1e-9;
                 }
                 if (!clear) continue;
-                const std::uint64_t code = octree::morton_encode(cell);
-                const std::uint64_t s = level.first.rank(data.octree.find(0, code >> 3), int(code & 7));
+                const std::uint64_t s = surface_cell(data.octree, octree::morton_encode(cell));
                 const double f = trial.shell().value(p) / data.lattice.width;
                 low[s] = std::min(low[s], f);
                 high[s] = std::max(high[s], f);

@@ -358,7 +358,7 @@ TEST(Verify, TellsWhatIsASample) {
 
 TEST(Verify, WorstOfAFailedLocalBoundIsByHowMuch) {
     Tampered t;
-    const auto& [lower, upper, lists] = t.data.surface;
+    const Array<float>&lower = t.data.surface.lower, &upper = t.data.surface.upper;
     std::uint64_t cell = 0;
     for (std::uint64_t c = 0; c < upper.size(); ++c)
         if (upper[c] - lower[c] > upper[cell] - lower[cell]) cell = c;
