@@ -136,7 +136,8 @@ bool keeps_doubles(const std::filesystem::path& path) {
 
 Vec3 glb_origin(std::span<const MeshView> meshes) {
     Box box = geometry::empty_box;
-    for (const MeshView& mesh : meshes) geometry::extend(box, geometry::bounds(mesh::Native(mesh).arrays().vertices));
+    for (const MeshView& mesh : meshes)
+        geometry::extend(box, geometry::bounds(mesh::Native(mesh).arrays().vertices));
     return glb_centre(box);
 }
 
