@@ -101,8 +101,10 @@ Complaint check_numbers(const View& view) {
     if (!(info.thickness_asked >= 0) || !std::isfinite(info.thickness_asked) ||
         (info.thickness_asked > 0 && !info.adaptive))
         return "info: the thickness asked for is not one";
+    if (info.deepest < -1) return "info: no limit of the depth is below −1";
     if (info.coarse_cells > info.surface_cells) return "info: more cells are too coarse than there are";
-    if ((info.coarse_cells > 0) != (info.thickness_asked > 0 && info.thickness() > info.thickness_asked))
+    if ((info.coarse_cells > 0) !=
+        (info.thickness_asked > 0 && info.epsilon_outer - info.epsilon_inner > info.thickness_asked))
         return "info: cells are too coarse, or none, and the thickness is not";
     if (info.coarse_cells == 0 && (info.coarse.min != Vec3{} || info.coarse.max != Vec3{}))
         return "info: bounds of no cells that are too coarse";

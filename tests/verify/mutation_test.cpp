@@ -61,7 +61,7 @@ std::vector<Subject> subjects() {
         {"box, even-odd", zoo::box({0, 0, 0}, {1, 0.5, 0.25}), asked(2, SignRule::even_odd)},
         {"cup, generalized", cup(), asked(2, SignRule::generalized)},
         {"soup, unsigned", zoo::soup(12, 7), asked(2, SignRule::unsigned_rule)},
-        {"box, adaptive", zoo::box({0, 0, 0}, {1, 0.5, 0.25}), to_thickness(0.1, SignRule::winding)},
+        {"box, adaptive", zoo::box({0, 0, 0}, {1, 0.47, 0.23}), to_thickness(0.1, SignRule::winding)},
         {"overlapping spheres, adaptive", zoo::overlapping_spheres(1), to_thickness(0.2, SignRule::winding)}};
 }
 
