@@ -154,6 +154,11 @@ ThinShell load_shell(const fs::path& path, const CommonOptions& options, LoadChe
     return naming_file(path, [&] { return load(path, {.check = check, .run = options.run()}); });
 }
 
+Coordinates coordinates_of(const fs::path& output, bool single) {
+    if (CLI::detail::to_lower(output.extension().string()) == ".glb") return Coordinates::single_offset;
+    return single || !keeps_doubles(output) ? Coordinates::single : Coordinates::doubles;
+}
+
 void check_output(const fs::path& output, const fs::path& input) {
     const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
     std::error_code ignored;

@@ -141,6 +141,9 @@ ThinShell load_shell(const std::filesystem::path& path, const CommonOptions& opt
 /// no permission, or the same file as the input. \throws FileError.
 void check_output(const std::filesystem::path& output, const std::filesystem::path& input);
 
+/// The numbers that a file of this name keeps: results are made of these, so that what is proven holds for it.
+Coordinates coordinates_of(const std::filesystem::path& output, bool single);
+
 /// From now on the first SIGINT or SIGTERM is remembered; a second one kills.
 void catch_interruptions();
 /// The signal's number, or 0.

@@ -21,7 +21,7 @@ struct Options {
     std::string mesh, output;
     SimplifyOptions simplify;
     std::uint64_t samples = 200'000;
-    bool no_attributes = false;
+    bool no_attributes = false, single = false;
     WeldOption weld;
     UpOption up;
 };
@@ -181,10 +181,7 @@ int run(const Options& options) {
     const std::uint64_t collapsing = 550 * file.mesh.triangles.size();
     options.common.require_memory(collapsing, memory_of(file.mesh), "simplifying");
     simplify_options.max_memory = options.common.memory_beside(memory_of(file.mesh) + collapsing);
-    // STL keeps 32-bit numbers: what is proven must hold for what is written.
-    const std::string extension =
-        CLI::detail::to_lower(std::filesystem::path(options.output).extension().string());
-    simplify_options.single_precision = extension == ".stl";
+    simplify_options.coordinates = coordinates_of(options.output, options.single);
     const Simplified result =
         naming_file(options.mesh, [&] { return simplify(file.mesh, file.attributes, simplify_options); });
     bar.clear();
@@ -192,8 +189,10 @@ int run(const Options& options) {
 
     const Stopwatch writing;
     const MeshView written = result.mesh;
-    const std::vector<std::string> lost = write_mesh(
-        written, result.attributes, options.output, options.up.writing(options.output, std::span(&written, 1)));
+    WriteOptions how = options.up.writing(options.output, std::span(&written, 1));
+    how.single = options.single;
+    how.origin = result.report.origin;
+    const std::vector<std::string> lost = write_mesh(written, result.attributes, options.output, how);
     const double write = writing.seconds();
     if (options.simplify.faces && result.report.faces_after > *options.simplify.faces)
         print_message("warning", fmt::format("{}: {} faces are left, not {}: {}", options.output,
@@ -238,6 +237,9 @@ Action add_simplify(CLI::App& app) {
                  "Turn closed parts around by nesting: solid, cavity, solid, and so on");
     app.add_flag("--no-attributes", options->no_attributes,
                  "Leave out colours, texture coordinates and normals; their seams hold nothing then");
+    app.add_flag(
+        "--single", options->single,
+        "32-bit coordinates in .ply, .obj and .off too, as .stl and .glb have; what is proven holds for them");
     app.add_option("--samples", options->samples,
                    "Points for the measured distances, each way; 0: none; default 200,000")
         ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000'000}))

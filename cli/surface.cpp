@@ -55,13 +55,6 @@ void check_extension(const fs::path& output) {
         "cannot write '{}': the extension must be .obj, .ply, .stl, .off, .glb or .vdb", output.string()));
 }
 
-/// What the file keeps: surfaces are made of these numbers, so that what is proven holds for what is written.
-Coordinates coordinates_of(const Options& options) {
-    const std::string extension = lower_extension(options.output);
-    if (extension == ".glb") return Coordinates::single_offset;
-    return options.single || extension == ".stl" ? Coordinates::single : Coordinates::doubles;
-}
-
 /// One file for each side, all or none, or one for all of a .glb; empty surfaces are left out.
 void write_surfaces(const Options& options, std::span<Written> surfaces) {
     const fs::path output = options.output;
@@ -209,7 +202,7 @@ int run(const Options& options) {
     ProgressBar bar(options.common.quiet);
     SurfaceOptions surface_options = options.surface;
     surface_options.measure = !options.no_measure;
-    surface_options.coordinates = coordinates_of(options);
+    surface_options.coordinates = coordinates_of(options.output, options.single);
     std::vector<Written> surfaces;
     std::uint64_t held = size_of(options.shell);
     for (const SurfaceSide side : options.sides) {

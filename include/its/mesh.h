@@ -13,6 +13,14 @@
 /// Triangle meshes and their attributes.
 namespace ITS_API its {
 
+/// The numbers that a result's coordinates are. It is made of them, not rounded to them afterwards: what is
+/// proven of it then holds for a file that keeps no others.
+enum class Coordinates : std::uint8_t {
+    doubles,
+    single,         ///< 32-bit numbers, as in STL
+    single_offset,  ///< 32-bit numbers relative to the report's `origin`, as in GLB
+};
+
 /// Which axis of the coordinates points upwards, as far as a file's format says so.
 enum class UpAxis : std::uint8_t { unknown, x, y, z };
 

@@ -49,9 +49,7 @@ struct SimplifyOptions {
     double gamma = 1;  ///< γ ≥ 0 of priority. Errors and f are in units of the longest side of the bounds, and
                        ///< quadric errors weigh a triangle by its share of the mean one: no unit matters
     bool no_self_intersections = false;  ///< the result has none, by exact predicates; M must have none
-    /// The result's coordinates are 32-bit floating-point numbers, as STL files keep them, and what is proven
-    /// holds for those.
-    bool single_precision = false;
+    Coordinates coordinates = Coordinates::doubles;  ///< of the result; what is proven holds for those
     std::uint64_t max_memory = 0;  ///< bytes for building the shell; 0: three quarters of what is free
     Run run = {};
 };
@@ -78,8 +76,9 @@ struct SimplifyReport {
     /// Proven for every point: d(x, M) ≤ bound on the result, d(y, result) ≤ bound on M. Empty: nothing proven.
     std::optional<double> proven_bound;
     std::uint64_t seam_edges_before = 0, seam_edges_after = 0;  ///< where colours or texture coordinates jump
-    std::optional<ShellInfo> shell;                             ///< of the shell that was used
-    bool in_shell = false;  ///< proven: every point of the result is in the shell
+    Vec3 origin;  ///< of Coordinates::single_offset: (0, 0, 0) unless M is far from it for its size
+    std::optional<ShellInfo> shell;  ///< of the shell that was used
+    bool in_shell = false;           ///< proven: every point of the result is in the shell
     /// Of the mesh as it came; empty unless there was a shell or parts were to be turned.
     std::optional<PartsReport> parts;
     /// Wall clock: building the shell, collapsing, the call.

@@ -22,14 +22,6 @@ std::string_view name(SurfaceSide side);
 /// The side of that name; empty: there is none.
 std::optional<SurfaceSide> parse_surface_side(std::string_view name);
 
-/// The numbers that a surface's coordinates are. Surfaces are made of them, not rounded to them afterwards:
-/// what is proven of a surface then holds for a file that keeps no others.
-enum class Coordinates : std::uint8_t {
-    doubles,
-    single,         ///< 32-bit numbers, as in STL
-    single_offset,  ///< 32-bit numbers relative to SurfaceReport::origin, as in GLB
-};
-
 struct SurfaceOptions {
     SurfaceSide side = SurfaceSide::outer;
     /// Extract at this value of f, in mesh units, and do not move it. Empty: the side's own level.

@@ -44,6 +44,11 @@ struct Lattice {
     /// 2u·2ᴷ⁺¹ cell widths: two roundings, each of relative error u, of a number of at most 2ᴷ⁺¹.
     double mapping_error() const { return 2 * unit_roundoff * cells(); }
 
+    /// Values of f in the root cube, distances there and their bounds are smaller, in cell widths: M lies in
+    /// the cube, the diagonal of which is √3·cells(). The rest, 0.26·cells(), is more than roundings and a
+    /// solver's residual can add.
+    double largest_value() const { return 2.0 * cells(); }
+
     /// The largest coordinate in the root cube, in cell widths.
     double reach() const {
         double largest = 0;

@@ -1,8 +1,10 @@
 #include "octree/neighbours.h"
 
+#include "base/platform/compiler.h"
+
 namespace its::octree {
 
-Around around_child(const Level& level, const Around& parent, int child) {
+ITS_CLONES Around around_child(const Level& level, const Around& parent, int child) {
     Around around;
     for (std::size_t n = 0; n < neighbours; ++n) {
         const std::uint64_t group = parent[child_neighbours.neighbour[child][n]];

@@ -151,18 +151,27 @@ void check_sizes(const ShellData& shell) {
     require(sides.winding.empty() || sides.winding.size() == cells, "{} winding numbers", sides.winding.size());
 }
 
+/// Not for NaN. What is computed from such values stays finite, and searches along them end.
+struct Possible {
+    explicit Possible(const octree::Lattice& lattice) : most(lattice.largest_value()) {}
+    bool operator()(double value) const { return std::abs(value) <= most; }
+    double most;
+};
+
 void check_field(const ShellData& shell) {
+    const Possible possible(shell.lattice);
     for (std::size_t k = 0; k < shell.field.values.size(); ++k) {
         const Array<double>& values = shell.field.values[k];
         require_all(values.size(), fmt::format("level {}: value", k),
-                    [&](std::uint64_t i) { return std::isfinite(values[i]); });
+                    [&](std::uint64_t i) { return possible(values[i]); });
     }
 }
 
 void check_surface(const ShellData& shell) {
     const SurfaceCells& surface = shell.surface;
+    const Possible possible(shell.lattice);
     require_all(surface.lower.size(), "bounds of surface cell", [&](std::uint64_t i) {
-        return std::isfinite(surface.lower[i]) && std::isfinite(surface.upper[i]) &&
+        return possible(surface.lower[i]) && possible(surface.upper[i]) &&
                (surface.lower[i] <= surface.upper[i]);
     });
     const octree::Octree& octree = shell.octree;
@@ -201,9 +210,10 @@ void check_sides(const ShellData& shell) {
 
 void check_info(const ShellData& shell) {
     const ShellInfo& info = shell.info;
-    require(std::isfinite(shell.epsilon_inner) && std::isfinite(shell.epsilon_outer) &&
-                shell.epsilon_inner <= 0 && shell.epsilon_outer >= 0,
-            "ε₁ ≤ 0 ≤ ε₂ does not hold");
+    require(shell.epsilon_inner <= 0 && shell.epsilon_outer >= 0, "ε₁ ≤ 0 ≤ ε₂ does not hold");
+    const Possible possible(shell.lattice);
+    require(possible(shell.epsilon_inner) && possible(shell.epsilon_outer),
+            "ε₁ or ε₂ is larger than distances in the root cube");
     require(info.epsilon_inner == shell.lattice.width * shell.epsilon_inner &&
                 info.epsilon_outer == shell.lattice.width * shell.epsilon_outer,
             "ε₁ and ε₂ differ between lattice and mesh units");

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "base/disjoint_sets.h"
-#include "base/single.h"
 #include "geometry/vec3.h"
 #include "mesh/arrays.h"
 #include "mesh/merged.h"
@@ -335,10 +334,11 @@ std::uint32_t Complex::triangles_at_edge(std::uint32_t u, std::uint32_t v) const
     return count;
 }
 
-double Complex::round_to_single() {
+double Complex::round(const Rounding& rounding) {
     double moved = 0;
+    if (rounding.kind == Rounding::Kind::none) return moved;
     for (Vec3& p : position_) {
-        const Vec3 rounded{to_single(p.x), to_single(p.y), to_single(p.z)};
+        const Vec3 rounded = rounding.nearest(p);
         moved = std::max(moved, norm(rounded - p));
         p = rounded;
     }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/single.h"
-
 namespace its::simplifier {
 
 namespace {
@@ -24,8 +22,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-Decimator::Decimator(Complex& mesh, CollapseRule& rule, bool single_precision)
-    : mesh_(mesh), rule_(rule), single_precision_(single_precision) {
+Decimator::Decimator(Complex& mesh, CollapseRule& rule, const Rounding& rounding)
+    : mesh_(mesh), rule_(rule), rounding_(rounding) {
     Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
     for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -128,7 +126,7 @@ double Decimator::place(std::uint32_t u, std::uint32_t v, Vec3& to) const {
     consider(p);
     consider(r);
     to = best == p ? mesh_.position(u) : best == r ? mesh_.position(v) : centre_ + scale_ * best;
-    if (single_precision_) to = {to_single(to.x), to_single(to.y), to_single(to.z)};
+    to = rounding_.nearest(to);
     return cost;
 }
 

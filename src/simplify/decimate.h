@@ -50,8 +50,8 @@ public:
 /// Collapses edges, cheapest first, and those of equal cost in the order of their vertices' numbers.
 class Decimator {
 public:
-    /// \param single_precision  new vertices are rounded to 32-bit numbers
-    Decimator(Complex& mesh, CollapseRule& rule, bool single_precision = false);
+    /// \param rounding  of new vertices
+    Decimator(Complex& mesh, CollapseRule& rule, const Rounding& rounding = {});
 
     /// Collapses until `faces` or fewer are left or no collapse is allowed within the tolerance. May be called
     /// again with a larger tolerance. Returns whether `faces` was reached.
@@ -108,7 +108,7 @@ private:
 
     Complex& mesh_;
     CollapseRule& rule_;
-    bool single_precision_;
+    Rounding rounding_;
     Vec3 centre_;
     double scale_ = 1;
     std::vector<Quadric> quadric_;

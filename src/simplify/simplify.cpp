@@ -98,10 +98,11 @@ struct Pilot {
     std::uint64_t collapses = 0;
 };
 
-Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOptions& options) {
+Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOptions& options,
+                const Rounding& rounding) {
     Pilot pilot{start};
     AnyCollapse rule;
-    Decimator decimator(pilot.complex, rule, options.single_precision);
+    Decimator decimator(pilot.complex, rule, rounding);
     decimator.run(*options.faces, 0, [](std::uint64_t) {});
     pilot.collapses = decimator.collapses();
     const Mesh result = to_mesh(pilot.complex);
@@ -156,15 +157,43 @@ void check_faces(const Job& job) {
                         *job.options.faces, fewest));
 }
 
-/// Of the bounds: no two points of the mesh are farther apart, and no tolerance above it means anything.
-double diagonal(const Complex& complex) {
+Box bounds_of(const Complex& complex) {
     Box box{complex.position(0), complex.position(0)};
     for (std::uint32_t v = 1; v < complex.vertices(); ++v) {
         const Vec3& p = complex.position(v);
-        box.min = {std::min(box.min.x, p.x), std::min(box.min.y, p.y), std::min(box.min.z, p.z)};
-        box.max = {std::max(box.max.x, p.x), std::max(box.max.y, p.y), std::max(box.max.z, p.z)};
+        for (int axis = 0; axis < 3; ++axis) {
+            box.min[axis] = std::min(box.min[axis], p[axis]);
+            box.max[axis] = std::max(box.max[axis], p[axis]);
+        }
     }
+    return box;
+}
+
+/// No two points of the mesh are farther apart than its bounds' diagonal, and no tolerance above it means
+/// anything.
+double diagonal(const Complex& complex) {
+    const Box box = bounds_of(complex);
     return norm(box.max - box.min);
+}
+
+/// About the centre of the bounds, with room for as much around them, where they are far from the origin for
+/// their size.
+Rounding make_rounding(const Complex& complex, Coordinates coordinates) {
+    constexpr double far = 8;  // in longest sides of the bounds
+    if (coordinates == Coordinates::doubles) return {};
+    const Box box = bounds_of(complex);
+    double size = 0, largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        size = std::max(size, box.max[axis] - box.min[axis]);
+        largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    }
+    if (coordinates == Coordinates::single || largest <= far * size || size == 0)
+        return {Rounding::Kind::single, {}, 0};
+    const Rounding rounding = Rounding::about(0.5 * box.min + 0.5 * box.max, size);
+    if (!rounding.has_room(largest + size))
+        throw OptionError(
+            "the mesh is too far from the origin for 32-bit numbers about a centre; write .ply, .obj or .off");
+    return rounding;
 }
 
 /// Runs the decimator within the least tolerance that reaches the face count. Returns the one that the last
@@ -272,13 +301,15 @@ void run(Job& job) {
     const std::unique_ptr<CollapseRule> rule = make_rule(job, keeps_tolerance);
     const bool by_pilot = keeps_tolerance && o.faces;
     const Complex original = by_pilot ? job.complex : Complex(Mesh{});
-    const double moved = o.single_precision ? job.complex.round_to_single() : 0.0;
+    const Rounding rounding = make_rounding(job.complex, o.coordinates);
+    job.report.origin = rounding.origin;
+    const double moved = job.complex.round(rounding);
     const double least = least_tolerance(o, *rule, moved);
-    Pilot pilot = by_pilot ? run_pilot(original, job.complex, o) : Pilot{};
+    Pilot pilot = by_pilot ? run_pilot(original, job.complex, o, rounding) : Pilot{};
 
     std::optional<WithoutIntersections> without;
     if (o.no_self_intersections) without.emplace(*rule, job.complex);
-    Decimator decimator(job.complex, without ? *without : *rule, o.single_precision);
+    Decimator decimator(job.complex, without ? *without : *rule, rounding);
     Stage stage(job.parts.until(by_pilot ? 0.9 : 1), "simplify",
                 job.complex.living_triangles() - std::min(o.faces.value_or(0), job.complex.living_triangles()));
     const auto advance = [&](std::uint64_t gone) { stage.advance(gone); };

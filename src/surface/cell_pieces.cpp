@@ -1,191 +1,307 @@
 #include "surface/cell_pieces.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
+#include "base/parallel.h"
 #include "base/rounding.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
-#include "octree/neighbours.h"
-#include "surface/lattice_values.h"
-#include "surface/level_search.h"
+#include "surface/box_walk.h"
 
 namespace its::surface {
 
-/// A cell as a box of lattice coordinates, and what of the root cube it may have a point in.
-struct CellPieces::Place {
-    const LevelCell& cell;
-    Vec3 low, size;    ///< of the cell
-    Vec3 least, most;  ///< in the root cube
-    double g_error;    ///< of g at a corner of a piece
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// f on a box, in its own coordinates.
+struct TrilinearBox {
+    double value[8];
+    Vec3 low;
+    double width;
 };
 
-/// The planes of the cell, as computed, err by a mapping error: each point of it is so near, along each axis,
+/// A trilinear function at the corners of a box in local coordinates: as geometry::trilinear() computes it.
+void at_corners(const double* v, const Vec3& from, const Vec3& to, std::array<double, 8>& out) {
+    const auto mix = geometry::lerp_exact_at_zero;
+    double x[8], y[8];
+    for (int i = 0; i < 4; ++i) {  // i: y + 2z; x[2i + position along x]
+        x[2 * i] = mix(v[2 * i], v[2 * i + 1], from.x);
+        x[2 * i + 1] = mix(v[2 * i], v[2 * i + 1], to.x);
+    }
+    for (int z = 0; z < 2; ++z)
+        for (int i = 0; i < 2; ++i) {
+            y[4 * z + i] = mix(x[4 * z + i], x[4 * z + 2 + i], from.y);
+            y[4 * z + 2 + i] = mix(x[4 * z + i], x[4 * z + 2 + i], to.y);
+        }
+    for (int i = 0; i < 4; ++i) {
+        out[std::size_t(i)] = mix(y[i], y[4 + i], from.z);
+        out[std::size_t(4 + i)] = mix(y[i], y[4 + i], to.z);
+    }
+}
+
+struct Span {
+    double least, most;
+};
+
+template <class Values>
+Span span_of(const Values& values) {
+    Span span{values[0], values[0]};
+    for (std::size_t c = 1; c < 8; ++c) {
+        span.least = std::min(span.least, values[c]);
+        span.most = std::max(span.most, values[c]);
+    }
+    return span;
+}
+
+/// From any thread, in any order.
+void raise(std::atomic<double>& most, double value) {
+    double seen = most.load(std::memory_order_relaxed);
+    while (value > seen && !most.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    }
+}
+
+/// CellPieces::reaches().
+struct Reaches {
+    double bound;
+    int direction;
+    std::vector<std::atomic<double>> most;
+
+    bool wants(const TrilinearBox& box, double error) const {
+        const Span f = span_of(box.value);
+        return direction > 0 ? f.least - error <= bound && f.most + error >= bound
+                             : f.most + error >= -bound && f.least - error <= -bound;
+    }
+    void add(std::uint32_t cell, const std::array<double, 8>& f, const std::array<double, 8>& g, double error) {
+        double least = f[0] * direction, largest = g[0] * direction, difference = largest - least;
+        for (std::size_t c = 1; c < 8; ++c) {
+            least = std::min(least, f[c] * direction);
+            largest = std::max(largest, g[c] * direction);
+            difference = std::max(difference, (g[c] - f[c]) * direction);
+        }
+        if (least - error > bound) return;
+        // Where f = bound, g = f + (g − f) ≤ bound + max(g − f).
+        raise(most[cell], std::min(largest, bound + difference) + error);
+    }
+};
+
+/// CellPieces::ranges().
+struct Ranges {
+    double level;
+    std::span<const double> band;
+    std::vector<std::atomic<double>> below, above;  ///< how far f is from the level, at most
+
+    bool wants(const TrilinearBox&, double) const { return true; }
+    void add(std::uint32_t cell, const std::array<double, 8>& f, const std::array<double, 8>& g, double error) {
+        const Span g_span = span_of(g), f_span = span_of(f);
+        const double low = level - band[cell], high = level + band[cell];
+        if (g_span.least - error > high || g_span.most + error < low) return;
+        Span difference{f[0] - g[0], f[0] - g[0]};
+        for (std::size_t c = 1; c < 8; ++c) {
+            difference.least = std::min(difference.least, f[c] - g[c]);
+            difference.most = std::max(difference.most, f[c] - g[c]);
+        }
+        const double upper = std::min(f_span.most, std::min(g_span.most, high) + difference.most) + error,
+                     lower = std::max(f_span.least, std::max(g_span.least, low) + difference.least) - error;
+        raise(above[cell], upper - level);
+        raise(below[cell], level - lower);
+    }
+};
+
+}  // namespace
+
+/// The planes of a cell, as computed, err by a mapping error: each point of it is so near, along each axis,
 /// to one of the box that is looked at. Values of f are distances in the root cube (extract_surface() sees to
 /// it), hence no slope is larger than twice their most, a finest cell being the narrowest.
 CellPieces::CellPieces(const shell::ShellData& shell, const Grid& grid)
     : shell_(shell),
-      grid_(grid),
-      plane_error_(3 * shell.lattice.mapping_error() * 2 * largest_possible_value(shell.lattice)) {}
+      axes_{make_axis(shell, grid, 0), make_axis(shell, grid, 1), make_axis(shell, grid, 2)},
+      plane_error_(3 * shell.lattice.mapping_error() * 2 * shell.lattice.largest_value()),
+      value_error_(plane_error_ + value_roundings(shell.lattice.depth) * unit_roundoff *
+                                      std::ldexp(4.0, shell.lattice.depth)) {}
 
-/// Goes down the octree in the cell alone, with the cells around in hand as in level_cells.cpp.
-template <class F>
-class CellPieces::Walk {
+/// What is only touched has the values of its neighbour there.
+CellPieces::Axis CellPieces::make_axis(const shell::ShellData& shell, const Grid& grid, int axis) {
+    Axis result;
+    for (std::uint32_t i = 0; i <= grid.cells; ++i) {
+        Vec3 p = grid.origin;
+        p[axis] = grid.position(axis, i);
+        result.plane.push_back(shell.lattice.to_lattice(p)[axis]);
+    }
+    std::uint32_t first = 0, last = 0;
+    for (std::uint32_t x = 0; x <= shell.lattice.cells(); ++x) {
+        while (first + 1 < grid.cells && !(result.plane[first + 1] > x)) ++first;
+        while (last + 1 < grid.cells && result.plane[last + 1] < x) ++last;
+        result.first.push_back(first);
+        result.last.push_back(last);
+    }
+    return result;
+}
+
+/// Goes through the boxes in a region with the cells that meet them in hand: a list for each level.
+template <class Pass>
+class CellPieces::Join {
 public:
-    Walk(const CellPieces& of, const Place& place, F& fn)
-        : octree_(of.shell_.octree),
-          field_(of.shell_.field),
-          place_(place),
-          value_error_(of.plane_error_ +
-                       value_roundings(octree_.depth) * unit_roundoff * std::ldexp(4.0, octree_.depth)),
-          fn_(fn) {}
+    struct Entry {
+        std::uint32_t cell;
+        octree::Cell at;
+    };
 
-    void run() {
-        octree::Around around;
-        around.fill(octree::no_group);
-        around[octree::itself] = 0;
-        visit_subdivided(octree_.depth + 1, {0, 0, 0}, around);
+    Join(const CellPieces& of, std::span<const LevelCell> cells, const Region& region, std::vector<Entry> all,
+         Pass& pass)
+        : of_(of), cells_(cells), region_(region), lists_{std::move(all)}, pass_(pass) {}
+
+    bool enter(int level, const octree::Cell& at) {
+        if (!region_.meets(level, at)) return false;
+        if (level >= region_.level) return true;
+        if (depth_ + 1 == lists_.size()) lists_.emplace_back();
+        const std::vector<Entry>& all = lists_[depth_];
+        std::vector<Entry>& some = lists_[depth_ + 1];
+        some.clear();
+        const Range range = range_of(level, at);
+        for (const Entry& entry : all)
+            if (range.has(entry.at)) some.push_back(entry);
+        if (some.empty()) return false;
+        ++depth_;
+        return true;
+    }
+    void leave(int level) { depth_ -= level < region_.level; }
+
+    void box(int level, const octree::Cell& at, const double* points, int child) {
+        if (!region_.meets(level, at)) return;
+        TrilinearBox box;
+        for (int c = 0; c < 8; ++c) box.value[c] = points[octree::group_point(child, c)];
+        const Span span = span_of(box.value);
+        // The evaluation, local coordinates that err by 2u each and a slope of at most 2V; and the values,
+        // which are means of distances in a root cube with a diagonal below 4·2ᴷ.
+        const double largest = std::max(std::abs(span.least), std::abs(span.most));
+        const double error = (geometry::trilinear_roundings + 12) * unit_roundoff * largest + of_.value_error_;
+        if (!pass_.wants(box, error)) return;
+        const Range range = range_of(level, at);
+        box.width = double(std::uint64_t{1} << level);
+        for (std::size_t axis = 0; axis < 3; ++axis) box.low[int(axis)] = double(at[axis] << level);
+        for (const Entry& entry : lists_[depth_])
+            if (range.has(entry.at)) add(box, entry, level, at, error);
     }
 
 private:
-    static octree::Cell child_of(const octree::Cell& at, int child) {
-        return {2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + std::uint32_t(child >> 2)};
+    /// Cells, from `low` to `high`.
+    struct Range {
+        octree::Cell low, high;
+
+        bool has(const octree::Cell& at) const {
+            return (at[0] >= low[0]) & (at[0] <= high[0]) & (at[1] >= low[1]) & (at[1] <= high[1]) &
+                   (at[2] >= low[2]) & (at[2] <= high[2]);
+        }
+    };
+
+    /// Those that meet a cell's part in the region.
+    Range range_of(int level, const octree::Cell& at) const {
+        Range range;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            range.low[axis] = of_.axes_[axis].first[region_.from(level, at, axis)];
+            range.high[axis] = of_.axes_[axis].last[region_.to(level, at, axis)];
+        }
+        return range;
     }
 
-    /// What is only touched has the values of its neighbour there.
-    bool meets(int level, const octree::Cell& at, Vec3& low, Vec3& high) const {
-        const double width = std::ldexp(1.0, level);
+    void add(const TrilinearBox& box, const Entry& entry, int level, const octree::Cell& at, double error) {
+        Vec3 f_from, f_to, g_from, g_to;
+        double narrowest = infinity;
         for (int axis = 0; axis < 3; ++axis) {
-            const double from = at[std::size_t(axis)] * width;
-            low[axis] = std::max(place_.least[axis], from);
-            high[axis] = std::min(place_.most[axis], from + width);
-            if (low[axis] >= high[axis]) return false;
+            const auto a = std::size_t(axis);
+            const auto& planes = of_.axes_[a].plane;
+            const double cell_low = planes[entry.at[a]], cell_high = planes[entry.at[a] + 1];
+            const double from = std::max(double(region_.from(level, at, a)), cell_low),
+                         to = std::min(double(region_.to(level, at, a)), cell_high),
+                         scale = 1 / (cell_high - cell_low);
+            f_from[axis] = (from - box.low[axis]) / box.width;
+            f_to[axis] = (to - box.low[axis]) / box.width;
+            g_from[axis] = (from - cell_low) * scale;
+            g_to[axis] = (to - cell_low) * scale;
+            narrowest = std::min(narrowest, cell_high - cell_low);
         }
-        return true;
-    }
-
-    void visit_subdivided(int level, const octree::Cell& at, const octree::Around& around) {
-        const std::uint64_t group = around[octree::itself];
-        const double* const points = field_.values[level - 1].data() + octree::group_points * group;
-        const octree::Level& children = octree_.levels[level - 1];
-        Vec3 low, high;
-        for (int c = 0; c < 8; ++c) {
-            const octree::Cell child = child_of(at, c);
-            if (!meets(level - 1, child, low, high)) continue;
-            if (level == 1) {
-                add(0, child, points, c, low, high);
-                continue;
-            }
-            const octree::Around around_c = octree::around_child(children, around, c);
-            if (children.mask[group] >> c & 1)
-                visit_subdivided(level - 1, child, around_c);
-            else
-                visit_leaf(level - 1, child, around_c, points, c, low, high);
-        }
-    }
-
-    void visit_leaf(int level, const octree::Cell& at, const octree::Around& around, const double* points,
-                    int place, const Vec3& from, const Vec3& to) {
-        if (level == 0 || !is_reached(around)) return add(level, at, points, place, from, to);
-        double corner[8], halved[octree::group_points];
-        for (int c = 0; c < 8; ++c) corner[c] = points[octree::group_point(place, c)];
-        halve(corner, halved);
-        insert_grid_values(field_, level, around, halved);
-        Vec3 low, high;
-        for (int c = 0; c < 8; ++c) {
-            const octree::Cell child = child_of(at, c);
-            if (!meets(level - 1, child, low, high)) continue;
-            if (level == 1)
-                add(0, child, halved, c, low, high);
-            else
-                visit_leaf(level - 1, child, octree::around_child(octree_.levels[level - 1], around, c), halved,
-                           c, low, high);
-        }
-    }
-
-    /// Child `child` of 27 points, on which f is trilinear, from low to high.
-    void add(int level, const octree::Cell& at, const double* points, int child, const Vec3& low,
-             const Vec3& high) {
-        const double width = std::ldexp(1.0, level);
-        const Vec3 corner{at[0] * width, at[1] * width, at[2] * width};
-        double value[8], largest = 0;
-        for (int c = 0; c < 8; ++c) {
-            value[c] = points[octree::group_point(child, c)];
-            largest = std::max(largest, std::abs(value[c]));
-        }
+        const std::array<double, 8>& value = cells_[entry.cell].value;
         std::array<double, 8> f, g;
-        for (int c = 0; c < 8; ++c) {
-            const Vec3 u{c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z};
-            f[std::size_t(c)] = geometry::trilinear(value, (1.0 / width) * (u - corner));
-            const Vec3 v = u - place_.low;
-            g[std::size_t(c)] = geometry::trilinear(
-                place_.cell.value.data(), {v.x / place_.size.x, v.y / place_.size.y, v.z / place_.size.z});
-        }
-        // Of f: the evaluation, local coordinates that err by 2u each and a slope of at most 2V; and the
-        // values, which are means of distances in a root cube with a diagonal below 4·2ᴷ.
-        const double f_error = (geometry::trilinear_roundings + 12) * unit_roundoff * largest + value_error_;
-        fn_(f, g, f_error + place_.g_error);
+        at_corners(box.value, f_from, f_to, f);
+        at_corners(value.data(), g_from, g_to, g);
+        const Span span = span_of(value);
+        // Of g: the evaluation, local coordinates that err by 3u each and a slope of at most 2V; the planes err
+        // by a mapping error each, and so does the size by two: four in all, in cells, along each axis.
+        const double largest = std::max(std::abs(span.least), std::abs(span.most));
+        const double g_error = (geometry::trilinear_roundings + 18) * unit_roundoff * largest +
+                               3 * 2 * largest * 4 * of_.shell_.lattice.mapping_error() / narrowest;
+        pass_.add(entry.cell, f, g, error + g_error);
     }
 
-    const octree::Octree& octree_;
-    const field::Field& field_;
-    const Place& place_;
-    double value_error_;
-    F& fn_;
+    const CellPieces& of_;
+    std::span<const LevelCell> cells_;
+    const Region region_;
+    std::vector<std::vector<Entry>> lists_;
+    std::size_t depth_ = 0;
+    Pass& pass_;
 };
 
-template <class F>
-void CellPieces::for_pieces(const LevelCell& cell, F fn) const {
-    Vec3 low, high;
-    for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = grid_.position(axis, cell.at[std::size_t(axis)]);
-        high[axis] = grid_.position(axis, cell.at[std::size_t(axis)] + 1);
+template <class Pass>
+void CellPieces::join(std::span<const LevelCell> cells, Pass& pass, const Progress& progress) const {
+    using Entry = typename Join<Pass>::Entry;
+    const int level = Region::level_of(shell_.octree.depth);
+    const std::uint32_t regions = 1u << (shell_.octree.depth + 1 - level);
+    std::vector<std::vector<Entry>> lists(std::uint64_t{regions} * regions * regions);
+    const auto region_of = [&](double x) {
+        return std::uint32_t(std::clamp(std::ldexp(x, -level), 0.0, regions - 1.0));
+    };
+    for (std::uint32_t i = 0; i < cells.size(); ++i) {
+        const octree::Cell& at = cells[i].at;
+        octree::Cell from, to;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            from[axis] = region_of(axes_[axis].plane[at[axis]]);
+            to[axis] = region_of(axes_[axis].plane[at[axis] + 1]);
+        }
+        for (std::uint32_t z = from[2]; z <= to[2]; ++z)
+            for (std::uint32_t y = from[1]; y <= to[1]; ++y)
+                for (std::uint32_t x = from[0]; x <= to[0]; ++x)
+                    lists[x + std::uint64_t{regions} * (y + std::uint64_t{regions} * z)].push_back({i, at});
     }
-    const Vec3 from = shell_.lattice.to_lattice(low), to = shell_.lattice.to_lattice(high);
-    const double last = shell_.lattice.cells();
-    Place place{cell, from, to - from, {}, {}, 0};
-    double largest = 0;
-    for (const double v : cell.value) largest = std::max(largest, std::abs(v));
-    // Of g: as of f; the planes err by a mapping error each, and so does the size by two: four in all, in
-    // cells, on each of three axes along which the slope is at most 2V.
-    const double narrowest = std::min({place.size.x, place.size.y, place.size.z});
-    place.g_error = (geometry::trilinear_roundings + 12) * unit_roundoff * largest +
-                    3 * 2 * largest * 4 * shell_.lattice.mapping_error() / narrowest;
-    for (int axis = 0; axis < 3; ++axis) {
-        place.least[axis] = std::max(from[axis], 0.0);
-        place.most[axis] = std::min(to[axis], last);
-    }
-    Walk<F>(*this, place, fn).run();
+    Stage stage(progress, "surface pieces", lists.size());
+    parallel_for(lists.size(), 1, [&](std::uint64_t i) {
+        const octree::Cell at{std::uint32_t(i % regions), std::uint32_t(i / regions % regions),
+                              std::uint32_t(i / regions / regions)};
+        if (!lists[i].empty()) {
+            Join<Pass> visitor(*this, cells, {level, at}, std::move(lists[i]), pass);
+            BoxWalk<Join<Pass>>(shell_.octree, shell_.field, visitor).run();
+        }
+        stage.advance(1);
+    });
 }
 
-double CellPieces::reach(const LevelCell& cell, double bound, int direction) const {
-    double reach = -std::numeric_limits<double>::infinity();
-    for_pieces(cell, [&](const std::array<double, 8>& f, const std::array<double, 8>& g, double error) {
-        double least = f[0] * direction, most = g[0] * direction, difference = most - least;
-        for (std::size_t c = 1; c < 8; ++c) {
-            least = std::min(least, f[c] * direction);
-            most = std::max(most, g[c] * direction);
-            difference = std::max(difference, (g[c] - f[c]) * direction);
-        }
-        if (least - error > bound) return;
-        // Where f ≤ bound, g = f + (g − f) ≤ bound + max(g − f).
-        reach = std::max(reach, std::min(most, bound + difference) + error);
-    });
-    return reach;
+std::vector<double> CellPieces::reaches(std::span<const LevelCell> cells, double bound, int direction,
+                                        const Progress& progress) const {
+    Reaches pass{bound, direction, std::vector<std::atomic<double>>(cells.size())};
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        // From any point with f < bound walk along x, then y, then z so that g does not fall: f = bound is met
+        // on the way, or a corner is its end.
+        double most = -infinity;
+        for (const double v : cells[i].value)
+            if (v * direction <= bound + value_error_) most = std::max(most, v * direction);
+        pass.most[i] = most;
+    }
+    join(cells, pass, progress);
+    return {pass.most.begin(), pass.most.end()};
 }
 
-std::pair<double, double> CellPieces::difference(const LevelCell& cell, double low, double high) const {
-    double least = 0, most = 0;
-    for_pieces(cell, [&](const std::array<double, 8>& f, const std::array<double, 8>& g, double error) {
-        const auto [g_least, g_most] = std::minmax_element(g.begin(), g.end());
-        if (*g_least - error > high || *g_most + error < low) return;
-        for (std::size_t c = 0; c < 8; ++c) {
-            least = std::min(least, f[c] - g[c] - error);
-            most = std::max(most, f[c] - g[c] + error);
-        }
-    });
-    return {least, most};
+std::vector<SurfaceRange> CellPieces::ranges(std::span<const LevelCell> cells, double level,
+                                             std::span<const double> band, const Progress& progress) const {
+    Ranges pass{level, band, std::vector<std::atomic<double>>(cells.size()),
+                std::vector<std::atomic<double>>(cells.size())};
+    join(cells, pass, progress);
+    std::vector<SurfaceRange> ranges(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i)
+        ranges[i] = {level - pass.below[i].load(), level + pass.above[i].load()};
+    return ranges;
 }
 
 }  // namespace its::surface

@@ -1,42 +1,51 @@
 #pragma once
 
-#include <array>
-#include <utility>
+#include <span>
+#include <vector>
 
+#include "its/base.h"
 #include "shell/shell_data.h"
 #include "surface/grid.h"
+#include "surface/hull.h"
 #include "surface/level_cells.h"
 
-/// A cell of any lattice beside the cells on which f is trilinear.
+/// Cells of any lattice beside the boxes on which f is trilinear.
 namespace its::surface {
 
-/// Proven bounds of f in a cell beside g, the trilinear function of the cell's own corner values; in finest
-/// cell widths, rounding included.
+/// Proven bounds of f in cells beside g, the trilinear function of a cell's own corner values; in finest cell
+/// widths, rounding included. In one pass over the boxes that the cells meet.
 class CellPieces {
 public:
     CellPieces(const shell::ShellData& shell, const Grid& grid);
 
-    /// Where f ≤ bound in the cell, g is at most the result, which is −∞ where f is above everywhere. With
-    /// direction −1 f and g count with the opposite sign, and so do bound and result.
-    double reach(const LevelCell& cell, double bound, int direction) const;
+    /// Of each cell: where f ≤ bound in it, g is at most the result, which is −∞ where f is above everywhere.
+    /// With direction −1 f and g count with the opposite sign, and so do bound and result.
+    std::vector<double> reaches(std::span<const LevelCell> cells, double bound, int direction,
+                                const Progress& progress) const;
 
-    /// Bounds {least, most} of f − g where low ≤ g ≤ high; {0, 0} if that is nowhere.
-    std::pair<double, double> difference(const LevelCell& cell, double low, double high) const;
+    /// Of each cell: bounds of f where |g − level| ≤ band[i] in it; {level, level} if that is nowhere.
+    std::vector<SurfaceRange> ranges(std::span<const LevelCell> cells, double level,
+                                     std::span<const double> band, const Progress& progress) const;
 
 private:
-    struct Place;
+    template <class Pass>
+    class Join;
 
-    template <class F>
-    class Walk;
+    template <class Pass>
+    void join(std::span<const LevelCell> cells, Pass& pass, const Progress& progress) const;
 
-    /// fn(f, g, error): values of both at the eight corners of a box, in each box of those that cover the cell,
-    /// on which f and g are trilinear, and a bound of their rounding errors.
-    template <class F>
-    void for_pieces(const LevelCell& cell, F fn) const;
+    /// The lattice along an axis.
+    struct Axis {
+        std::vector<double> plane;  ///< in finest cells, as computed
+        /// Cells that have more than a face in finest cells x to y − 1: first[x] to last[y].
+        std::vector<std::uint32_t> first, last;
+    };
+
+    static Axis make_axis(const shell::ShellData& shell, const Grid& grid, int axis);
 
     const shell::ShellData& shell_;
-    const Grid& grid_;
-    double plane_error_;
+    std::array<Axis, 3> axes_;
+    double plane_error_, value_error_;
 };
 
 }  // namespace its::surface

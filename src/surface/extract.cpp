@@ -41,21 +41,16 @@ bool is_own_lattice(const shell::ShellData& shell, int resolution) {
     return resolution == 0 || std::uint32_t(resolution) == shell.lattice.scale_cells();
 }
 
-/// Coordinates about an origin are relative to the root cube's centre where it is far away for its size. They
-/// are multiples of a quantum of which 2²⁴ reach from the centre to the root cube's faces: 32-bit numbers, and
-/// exact doubles when added to it.
+/// Coordinates about an origin are relative to the root cube's centre where it is far away for its size.
 Rounding make_rounding(const octree::Lattice& lattice, Coordinates coordinates) {
     constexpr double far = 8;  // in scales
     if (coordinates == Coordinates::doubles) return {};
     if (coordinates == Coordinates::single || lattice.reach() * lattice.width <= far * lattice.scale())
         return {Rounding::Kind::single, {}, 0};
-    int exponent = 0;
-    (void)std::frexp(0.5 * lattice.cells() * lattice.width, &exponent);
-    Rounding rounding{Rounding::Kind::about_origin, {}, std::ldexp(1.0, exponent - 24)};
     const std::int64_t middle = lattice.cells() / 2;
-    for (int axis = 0; axis < 3; ++axis)
-        rounding.origin[axis] = std::rint(lattice.position(axis, middle) / rounding.quantum) * rounding.quantum;
-    if (lattice.reach() * lattice.width >= 0x1p52 * rounding.quantum)
+    const Rounding rounding =
+        Rounding::about(lattice.position({middle, middle, middle}), double(middle) * lattice.width);
+    if (!rounding.has_room(lattice.reach() * lattice.width))
         throw OptionError(
             "the mesh is too far from the origin for 32-bit numbers about a centre; write .ply, .obj or .off");
     return rounding;
@@ -93,7 +88,7 @@ std::unique_ptr<LevelSource> make_source(const shell::ShellData& shell, const Su
 
 /// A file may hold any numbers; with those of a build every search ends.
 void check_values(const shell::ShellData& shell) {
-    const double most = largest_possible_value(shell.lattice);
+    const double most = shell.lattice.largest_value();
     const auto possible = [&](double v) { return std::abs(v) <= most; };
     bool good = possible(shell.epsilon_inner) && possible(shell.epsilon_outer);
     for (const auto& values : shell.field.values) {
@@ -296,10 +291,11 @@ void extract_given_level(Extraction& e, double level) {
 /// those of all levels between them: where they reach farther, cells are collected again, with room.
 SurfaceRange range_of(Extraction& e) {
     constexpr int attempts = 8;
-    const bool outer = e.options.side == SurfaceSide::outer;
-    const RangeEnds ends = !e.searched ? RangeEnds::both : outer ? RangeEnds::upper : RangeEnds::lower;
+    const bool outer = e.options.side == SurfaceSide::outer,
+               own = is_own_lattice(e.shell, e.options.resolution);
+    const RangeEnds ends = !e.searched || !own ? RangeEnds::both : outer ? RangeEnds::upper : RangeEnds::lower;
     SurfaceRange range = e.source->bound(e.frame, e.cells, ends, e.parts.next(0.4));
-    const bool limited = e.source->grid().unit > 0 && is_own_lattice(e.shell, e.options.resolution);
+    const bool limited = own && e.source->grid().unit > 0;
     const auto reaches_beyond = [&] {
         return limited && (range.lower < e.covered.lower || range.upper > e.covered.upper);
     };
@@ -310,7 +306,9 @@ SurfaceRange range_of(Extraction& e) {
         e.cells = e.source->cells(e.covered.lower, e.covered.upper, e.parts.next(0.3));
         range = e.source->bound(e.frame, e.cells, ends, e.parts.next(0.3));
     }
-    if (e.searched) (outer ? range.lower = e.near_end.lower : range.upper = e.near_end.upper);
+    if (!e.searched) return range;
+    if (outer) range.lower = own ? e.near_end.lower : std::max(range.lower, e.near_end.lower);
+    if (!outer) range.upper = own ? e.near_end.upper : std::min(range.upper, e.near_end.upper);
     return range;
 }
 

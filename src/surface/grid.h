@@ -12,38 +12,6 @@
 /// Where lattice cells and the vertices on their edges are, in mesh units.
 namespace its::surface {
 
-/// The numbers that coordinates may be: doubles, 32-bit numbers, or 32-bit numbers about an origin that they
-/// are added to, of which only the multiples of `quantum` are used, so that sums are exact. Rounding to them is
-/// monotone.
-struct Rounding {
-    enum class Kind : std::uint8_t { none, single, about_origin } kind = Kind::none;
-    Vec3 origin;         ///< a multiple of the quantum on each axis
-    double quantum = 0;  ///< a power of two
-
-    double nearest(int axis, double x) const {
-        switch (kind) {
-            case Kind::single:
-                return to_single(x);
-            case Kind::about_origin:
-                return origin[axis] + std::rint((x - origin[axis]) / quantum) * quantum;
-            case Kind::none:
-                break;
-        }
-        return x;
-    }
-    /// The next such number in direction −1 or 1. Precondition: x is one, and they are not all doubles.
-    double next(double x, int direction) const {
-        if (kind == Kind::about_origin) return x + direction * quantum;
-        return double(std::nextafter(float(x), direction * std::numeric_limits<float>::infinity()));
-    }
-    /// The largest distance of neighbouring such numbers, where coordinates are at most `largest`; 0 for
-    /// doubles.
-    double unit(double largest) const {
-        if (kind == Kind::about_origin) return quantum;
-        return kind == Kind::none ? 0.0 : next(double(float(largest)), 1) - double(float(largest));
-    }
-};
-
 /// A cubical lattice over the root cube. Positions grow strictly along each axis: all that the proofs need is
 /// that a vertex on a lattice edge lies strictly between the edge's ends.
 struct Grid {

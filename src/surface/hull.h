@@ -36,6 +36,9 @@ public:
         return true;
     }
 
+    /// Adds bounds known beforehand.
+    void include_bounds(double lower, double upper) { settle(masked({lower, upper, level_, level_})); }
+
     /// Adds the function with these corner values on triangle pqr, in local coordinates.
     void include(const double* corners, const geometry::Sample& p, const geometry::Sample& q,
                  const geometry::Sample& r, int halvings = 0) {

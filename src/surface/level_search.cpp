@@ -92,7 +92,7 @@ private:
 }  // namespace
 
 double most_level(const shell::ShellData& shell, SurfaceSide side) {
-    double most = largest_possible_value(shell.lattice);
+    double most = shell.lattice.largest_value();
     if (side == SurfaceSide::inner) return most;
     const Array<double>& values = shell.field.values[std::size_t(shell.lattice.depth)];
     for (int c = 0; c < 8; ++c) most = std::min(most, values[std::size_t(octree::group_point(c, c))]);

@@ -16,9 +16,4 @@ double most_level(const shell::ShellData& shell, SurfaceSide side);
 
 inline constexpr double level_precision = 0x1p-7;  // finest cell widths
 
-/// Values of f in a root cube, in finest cell widths: below its diagonal, with room for roundings.
-inline double largest_possible_value(const octree::Lattice& lattice) {
-    return 2.0 * lattice.cells();
-}
-
 }  // namespace its::surface

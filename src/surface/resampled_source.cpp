@@ -7,8 +7,9 @@
 #include "base/rounding.h"
 #include "geometry/clip.h"
 #include "geometry/vec3.h"
+#include "surface/box_walk.h"
 #include "surface/cell_pieces.h"
-#include "surface/coarse_cells.h"
+#include "surface/lattice_points.h"
 #include "surface/level_search.h"
 #include "surface/level_source.h"
 #include "surface/memory_guard.h"
@@ -18,75 +19,9 @@ namespace its::surface {
 
 namespace {
 
-constexpr std::uint64_t cell_grain = 1024, fine_grain = 8;
+constexpr std::uint64_t cell_grain = 1024;
 
-/// Cells of a lattice whose cells are `ratio` finest cells wide, as index ranges [low, high].
-struct CellRange {
-    std::array<std::uint32_t, 3> low, high;
-};
-
-/// Keys of the cells of the coarser or finer lattice in which one finest cell may take a level.
-class Overlap {
-public:
-    Overlap(const LevelCell& cell, double ratio, std::uint32_t side, double low, double high,
-            std::vector<std::uint64_t>& keys)
-        : cell_(cell), ratio_(ratio), low_(low), high_(high), keys_(keys) {
-        CellRange all;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            all.low[axis] = index(std::floor((cell.at[axis] - slack) / ratio), side);
-            all.high[axis] = index(std::floor((cell.at[axis] + 1 + slack) / ratio), side);
-        }
-        visit(all);
-    }
-
-private:
-    /// In finest cells, and relative to values: far more than the rounding of any position or value here; cells
-    /// too many do no harm, and what should still be missed is found from its neighbours.
-    static constexpr double slack = 0x1p-20;
-
-    static std::uint32_t index(double i, std::uint32_t side) {
-        return std::uint32_t(std::clamp(i, 0.0, double(side - 1)));
-    }
-
-    void visit(const CellRange& range) {
-        if (!crossed(range)) return;
-        std::size_t longest = 0;
-        for (std::size_t axis = 1; axis < 3; ++axis)
-            if (range.high[axis] - range.low[axis] > range.high[longest] - range.low[longest]) longest = axis;
-        if (range.high[longest] == range.low[longest]) return keys_.push_back(key_of(range.low));
-        const std::uint32_t middle = range.low[longest] + (range.high[longest] - range.low[longest]) / 2;
-        CellRange half = range;
-        half.high[longest] = middle;
-        visit(half);
-        half = range;
-        half.low[longest] = middle + 1;
-        visit(half);
-    }
-
-    /// Whether f, trilinear in the finest cell, may take a level in its part in the range.
-    bool crossed(const CellRange& range) const {
-        Vec3 from, to;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto a = std::size_t(axis);
-            from[axis] = std::clamp(range.low[a] * ratio_ - cell_.at[a] - slack, 0.0, 1.0);
-            to[axis] = std::clamp((range.high[a] + 1.0) * ratio_ - cell_.at[a] + slack, 0.0, 1.0);
-        }
-        double least = geometry::trilinear(cell_.value.data(), from), most = least;
-        for (int c = 1; c < 8; ++c) {
-            const Vec3 p{c & 1 ? to.x : from.x, c & 2 ? to.y : from.y, c & 4 ? to.z : from.z};
-            const double value = geometry::trilinear(cell_.value.data(), p);
-            least = std::min(least, value);
-            most = std::max(most, value);
-        }
-        return least - slack < high_ && most + slack >= low_;
-    }
-
-    const LevelCell& cell_;
-    double ratio_, low_, high_;
-    std::vector<std::uint64_t>& keys_;
-};
-
-/// Bounds f over one triangle by descending to the cells on which f is trilinear.
+/// Bounds f over the triangles of a patch on the boxes that they go through.
 class TriangleBounder {
 public:
     explicit TriangleBounder(const shell::ShellData& shell)
@@ -95,61 +30,65 @@ public:
                     unit_roundoff * shell.lattice.cells()),
           margin_(shell.lattice.mapping_error() + clipping_) {}
 
-    /// \param p, q, r  in lattice coordinates, as rounded by to_lattice
-    void include(const Vec3& p, const Vec3& q, const Vec3& r, Hull& hull, double& error) const {
-        // The smallest octree box that has the triangle's dilated bounds: where the indices of its ends differ.
-        std::array<std::uint32_t, 3> low;
-        std::uint32_t differing = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double least = std::min({p[axis], q[axis], r[axis]}) - margin_,
-                         most = std::max({p[axis], q[axis], r[axis]}) + margin_;
-            const double last = shell_.lattice.cells() - 1.0;
-            low[std::size_t(axis)] = std::uint32_t(std::clamp(std::floor(least), 0.0, last));
-            differing |= low[std::size_t(axis)] ^ std::uint32_t(std::clamp(std::floor(most), 0.0, last));
-        }
-        const int level = std::bit_width(differing);
-        std::array<double, 3> corner;
-        for (std::size_t axis = 0; axis < 3; ++axis) corner[axis] = double(low[axis] >> level << level);
-        visit({p, q, r}, corner, level, hull, error);
-    }
-
-private:
+    /// In lattice coordinates, as rounded by to_lattice.
     struct Corners {
         Vec3 p, q, r;
     };
 
-    void visit(const Corners& t, const std::array<double, 3>& corner, int level, Hull& hull,
-               double& error) const {
-        const double width = std::ldexp(1.0, level);
-        for (int axis = 0; axis < 3; ++axis) {
-            const double low = std::min({t.p[axis], t.q[axis], t.r[axis]}),
-                         high = std::max({t.p[axis], t.q[axis], t.r[axis]});
-            if (high < corner[std::size_t(axis)] - margin_ || low > corner[std::size_t(axis)] + width + margin_)
-                return;
-        }
-        const Vec3 centre{corner[0] + 0.5 * width, corner[1] + 0.5 * width, corner[2] + 0.5 * width};
-        const field::TrilinearCell cell = field::locate(shell_.octree, shell_.field, centre);
-        if (cell.width >= width) return include_in_cell(t, cell, hull, error);
-        for (int child = 0; child < 8; ++child) {
-            std::array<double, 3> at = corner;
-            for (std::size_t axis = 0; axis < 3; ++axis) at[axis] += child >> axis & 1 ? 0.5 * width : 0.0;
-            visit(t, at, level - 1, hull, error);
-        }
+    void include(std::span<const Corners> triangles, Hull& hull, double& error) const {
+        Visitor visitor{*this, triangles, hull, error};
+        BoxWalk<Visitor>(shell_.octree, shell_.field, visitor).run();
     }
 
-    void include_in_cell(const Corners& t, const field::TrilinearCell& cell, Hull& hull, double& error) const {
-        const auto local = [&](const Vec3& v) { return (1.0 / cell.width) * (v - cell.corner); };
-        const geometry::Polygon polygon = geometry::clip_to_cell(local(t.p), local(t.q), local(t.r), margin_);
-        if (polygon.size == 0) return;
+private:
+    struct Visitor {
+        const TriangleBounder& of;
+        std::span<const Corners> triangles;
+        Hull& hull;
+        double& error;
+
+        bool enter(int level, const octree::Cell& at) const {
+            return std::any_of(triangles.begin(), triangles.end(),
+                               [&](const Corners& t) { return of.may_meet(t, level, at); });
+        }
+        void leave(int) const {}
+
+        void box(int level, const octree::Cell& at, const double* points, int child) const {
+            field::TrilinearCell cell;
+            cell.width = double(std::uint64_t{1} << level);
+            for (std::size_t axis = 0; axis < 3; ++axis) cell.corner[int(axis)] = double(at[axis] << level);
+            for (int c = 0; c < 8; ++c) cell.value[c] = points[octree::group_point(child, c)];
+            for (const Corners& t : triangles)
+                if (of.may_meet(t, level, at)) of.include_in_box(t, cell, hull, error);
+        }
+    };
+
+    /// By their bounds.
+    bool may_meet(const Corners& t, int level, const octree::Cell& at) const {
+        const double width = double(std::uint64_t{1} << level);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double from = double(at[std::size_t(axis)] << level);
+            if (std::max({t.p[axis], t.q[axis], t.r[axis]}) < from - margin_ ||
+                std::min({t.p[axis], t.q[axis], t.r[axis]}) > from + width + margin_)
+                return false;
+        }
+        return true;
+    }
+
+    void include_in_box(const Corners& t, const field::TrilinearCell& cell, Hull& hull, double& error) const {
         // As γ of the extremes, docs/design/extremes.md: the slope times the displacement of the point, and the
         // roundings of the control values and of the corner values.
-        double largest = 0;
-        for (const double v : cell.value) largest = std::max(largest, std::abs(v));
+        const auto [least, most] = std::minmax_element(cell.value, cell.value + 8);
+        const double largest = std::max(std::abs(*least), std::abs(*most));
         const double displacement = margin_ + clipping_ + 2 * Hull::max_halvings * unit_roundoff;
-        const double corner_roundings = geometry::trilinear_roundings * (shell_.lattice.depth + 1);
+        const double corner_roundings = value_roundings(shell_.lattice.depth);
         error = std::max(error, 4 * steepest(cell.value) * displacement +
                                     geometry::control_roundings * unit_roundoff * largest +
                                     corner_roundings * unit_roundoff * std::ldexp(4.0, shell_.lattice.depth));
+        if (hull.include_if_within(*least, *most)) return;
+        const auto local = [&](const Vec3& v) { return (1.0 / cell.width) * (v - cell.corner); };
+        const geometry::Polygon polygon = geometry::clip_to_cell(local(t.p), local(t.q), local(t.r), margin_);
+        if (polygon.size == 0) return;
         const geometry::Sample apex = geometry::sample(cell.value, polygon.vertex(0));
         geometry::Sample last = geometry::sample(cell.value, polygon.vertex(std::min(1, polygon.size - 1)));
         if (polygon.size < 3) hull.include(cell.value, apex, last, last);
@@ -170,6 +109,113 @@ struct Blocked {
     double low, high;
 };
 
+/// A cell that the level runs through, and bounds of f on its triangles that cost little.
+struct Quick {
+    std::uint32_t cell;
+    bool star;
+    SurfaceRange range;
+};
+
+/// Cells from the values at lattice points.
+class Assembler {
+public:
+    Assembler(std::span<const LatticePoint> points, std::uint32_t side, double low, double high)
+        : points_(points), side_(side), low_(low), high_(high) {}
+
+    /// \param value    f at a lattice point that is not among the points
+    /// \param cells    with lowest corners among points begin to end − 1, that a level runs through
+    /// \param missing  cells beyond crossed faces whose lowest corner is not among the points
+    template <class Value>
+    void run(std::uint64_t begin, std::uint64_t end, Value&& value, std::vector<LevelCell>& cells,
+             std::vector<std::uint64_t>& missing) const {
+        constexpr std::uint64_t step[3] = {1, std::uint64_t{1} << 21, std::uint64_t{1} << 42};
+        std::array<Cursor, 8> corners;
+        std::array<Cursor, 3> before;
+        const std::uint64_t first = points_[begin].key;
+        for (std::uint64_t c = 0; c < 8; ++c)
+            corners[c] = cursor(first + (c & 1) * step[0] + (c >> 1 & 1) * step[1] + (c >> 2) * step[2]);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            before[axis] = cursor(first < step[axis] ? 0 : first - step[axis]);
+        for (std::uint64_t i = begin; i < end; ++i) {
+            const std::uint64_t key = points_[i].key;
+            LevelCell cell{cell_of(key), {}};
+            if (std::max({cell.at[0], cell.at[1], cell.at[2]}) >= side_) continue;
+            unsigned known = 0;
+            for (std::uint64_t c = 0; c < 8; ++c) {
+                const double* const v =
+                    find(corners[c], key + (c & 1) * step[0] + (c >> 1 & 1) * step[1] + (c >> 2) * step[2]);
+                if (v == nullptr) continue;
+                known |= 1u << c;
+                cell.value[c] = *v;
+            }
+            if (!complete(cell, known, value)) continue;
+            cells.push_back(cell);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                if (cell.at[axis] + 1 < side_ && crossed(cell, axis, 1) && (known != 0xff))
+                    missing.push_back(key + step[axis]);
+                if (cell.at[axis] > 0 && crossed(cell, axis, 0) &&
+                    (known != 0xff || find(before[axis], key - step[axis]) == nullptr))
+                    missing.push_back(key - step[axis]);
+            }
+        }
+    }
+
+    /// Whether the level runs through a face, on this side along the axis.
+    bool crossed(const LevelCell& cell, std::size_t axis, unsigned side) const {
+        double least = 1e300, most = -1e300;
+        for (unsigned c = 0; c < 8; ++c)
+            if ((c >> axis & 1) == side) {
+                least = std::min(least, cell.value[c]);
+                most = std::max(most, cell.value[c]);
+            }
+        return least < high_ && most >= low_;
+    }
+    bool crossed(const LevelCell& cell) const {
+        const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
+        return *least < high_ && *most >= low_;
+    }
+
+private:
+    /// Goes up with the keys that are looked for.
+    struct Cursor {
+        std::uint64_t at = 0;
+    };
+
+    Cursor cursor(std::uint64_t key) const {
+        return {
+            std::uint64_t(std::lower_bound(points_.begin(), points_.end(), key,
+                                           [](const LatticePoint& p, std::uint64_t k) { return p.key < k; }) -
+                          points_.begin())};
+    }
+    const double* find(Cursor& cursor, std::uint64_t key) const {
+        while (cursor.at < points_.size() && points_[cursor.at].key < key) ++cursor.at;
+        return cursor.at < points_.size() && points_[cursor.at].key == key ? &points_[cursor.at].value
+                                                                           : nullptr;
+    }
+
+    /// Whether the level runs through the cell; if so, all values are filled in. Corners that are not known
+    /// have values beyond those of the points: where all that are known are on one side, so is the cell, or
+    /// it is met across a face.
+    template <class Value>
+    bool complete(LevelCell& cell, unsigned known, Value&& value) const {
+        double least = 1e300, most = -1e300;
+        for (unsigned c = 0; c < 8; ++c)
+            if (known >> c & 1) {
+                least = std::min(least, cell.value[c]);
+                most = std::max(most, cell.value[c]);
+            }
+        if (!(least < high_ && most >= low_)) return false;
+        for (std::uint32_t c = 0; c < 8; ++c)
+            if (!(known >> c & 1))
+                cell.value[c] = value({cell.at[0] + (c & 1), cell.at[1] + (c >> 1 & 1), cell.at[2] + (c >> 2)});
+        return true;
+    }
+
+    std::span<const LatticePoint> points_;
+    std::uint32_t side_;
+    double low_, high_;
+};
+
 class ResampledSource : public LevelSource {
 public:
     ResampledSource(const shell::ShellData& shell, int resolution, const Rounding& rounding, MemoryGuard& guard)
@@ -179,26 +225,29 @@ public:
           ratio_(double(shell.lattice.scale_cells()) / resolution),
           guard_(guard),
           pieces_(shell, grid()),
-          bounder_(shell) {
-        if (ratio_ > 1) coarse_.emplace(shell.octree, shell.field, ratio_, grid().cells);
-    }
+          bounder_(shell) {}
 
     std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
         Parts parts(progress);
-        std::vector<std::uint64_t> keys =
-            coarse_ ? coarse_->find(low, high) : candidates(low, high, parts.until(0.4));
-        std::vector<LevelCell> all;
-        // A level that a rounded value meets on one side only would leave a gap: cells beyond a crossed face
-        // that are not candidates join, until there are none.
-        for (std::vector<std::uint64_t> fresh = keys; !fresh.empty();) {
-            const std::vector<LevelCell> found = evaluate(fresh, low, high, parts.next(0.8));
-            const Taken taken(guard_, sizeof(LevelCell) * (all.size() + found.size()) + 16 * keys.size());
-            all.insert(all.end(), found.begin(), found.end());
-            fresh = missing_neighbours(found, keys, low, high);
-            const auto middle = std::ptrdiff_t(keys.size());
-            keys.insert(keys.end(), fresh.begin(), fresh.end());
-            std::inplace_merge(keys.begin(), keys.begin() + middle, keys.end());
-        }
+        // f changes by about the distance, and corners of a cell are √3 widths apart at most: what is farther
+        // off is looked at only where a level seems to run to it.
+        const double reach = 1.75 * ratio_;
+        const std::vector<LatticePoint> points =
+            find_lattice_points(shell_.octree, shell_.field, ratio_, grid().cells, low - reach, high + reach,
+                                guard_, parts.next(0.6));
+        const Assembler assembler(points, grid().cells, low, high);
+        Taken taken(guard_, sizeof(LatticePoint) * points.size());
+        const std::uint64_t chunks = chunk_count(points.size(), cell_grain);
+        std::vector<std::vector<LevelCell>> found(chunks);
+        std::vector<std::vector<std::uint64_t>> missing(chunks);
+        for_chunks(points.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            assembler.run(
+                begin, end, [&](const octree::Cell& p) { return value(p); }, found[chunk], missing[chunk]);
+            taken.add(2 * sizeof(LevelCell) * found[chunk].size());  // and once more when they are joined
+        });
+        std::vector<LevelCell> all = joined(found);
+        std::vector<std::uint64_t> fresh = joined(missing);
+        if (!fresh.empty()) add_missing(assembler, fresh, all);
         return all;
     }
 
@@ -206,22 +255,20 @@ public:
     /// that may be worst first.
     SurfaceRange bound(const SurfaceFrame& frame, std::span<const LevelCell> cells, RangeEnds ends,
                        const Progress& progress) const override {
-        Stage stage(progress, "surface bounds", cells.size());
-        const std::uint64_t chunks = chunk_count(cells.size(), cell_grain);
-        std::vector<Hull> parts(chunks, Hull(frame.level, ends));
-        std::vector<double> errors(chunks, 0.0);
-        for_chunks(cells.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-            bound_cells(frame, cells.subspan(begin, end - begin), parts[chunk], errors[chunk]);
-            stage.advance(end - begin);
-        });
-        SurfaceRange range{frame.level, frame.level};
+        const std::vector<Quick> quick = quick_bounds(frame, cells, ends, progress);
+        Hull hull(frame.level, ends);
         double error = 0;
-        for (std::uint64_t chunk = 0; chunk < chunks; ++chunk) {
-            range.lower = std::min(range.lower, parts[chunk].range().lower);
-            range.upper = std::max(range.upper, parts[chunk].range().upper);
-            error = std::max(error, errors[chunk]);
+        std::uint64_t refined = 0;
+        const std::uint64_t most = most_refined();
+        for (const Quick& q : quick) {
+            if (!q.star && (refined >= most || hull.include_if_within(q.range.lower, q.range.upper))) {
+                hull.include_bounds(q.range.lower, q.range.upper);
+                continue;
+            }
+            refined += !q.star;
+            include_triangles(frame, cells[q.cell], hull, error);
         }
-        return {range.lower - error, range.upper + error};
+        return {hull.range().lower - error, hull.range().upper + error};
     }
 
     /// No search: each cell says which levels it cannot have, docs/design/surface.md.
@@ -229,28 +276,30 @@ public:
                                    const Progress& progress) const override {
         Parts parts(progress);
         const int away = side == SurfaceSide::outer ? 1 : -1;
-        const double from = away * bound, most = most_level(shell_, side);
+        const double from = away * bound, most = most_level(shell_, side), off = from + 2 * surface_gap;
+        // All levels before `begin` are blocked: cells are collected a window of levels at a time.
         double level = from + std::max(least_move, surface_gap);
-        for (double reach = std::max(first_reach * ratio_, level - from);; reach *= 2) {
-            const double far = from + reach;
-            const SurfaceRange levels{std::min(away * from, away * far), std::max(away * from, away * far)};
+        for (double begin = level;;) {
+            const double far = begin + window * ratio_;
+            const SurfaceRange levels{std::min(away * begin, away * far), std::max(away * begin, away * far)};
             CertifiedLevel found{0, cells(levels.lower, levels.upper, parts.next(0.4)), levels, {}};
-            const std::vector<Blocked> blocked =
-                blocked_levels(found.cells, from + 2 * surface_gap, away, parts.next(0.4));
+            std::vector<Blocked> blocked = blocked_levels(found.cells, off, away, parts.next(0.4));
+            keep_decisive(blocked, level);
             while (level <= far) {
                 level = first_free(blocked, level);
                 if (!(level <= most)) refuse_open_level();
                 if (level > far) break;
                 const SurfaceFrame frame{grid(), side, away * level};
-                if (stars_are_beyond(frame, found.cells, bound)) {
+                if (stars_are_beyond(frame, found.cells, away * off)) {
                     found.level = frame.level;
-                    found.range = this->bound(frame, found.cells,
-                                              side == SurfaceSide::outer ? RangeEnds::lower : RangeEnds::upper,
-                                              parts.next(0.4));
+                    found.range = {away * off, away * off};
+                    std::erase_if(found.cells,
+                                  [&](const LevelCell& cell) { return !is_crossed(cell, frame.level); });
                     return found;
                 }
                 level += ratio_ / 32;
             }
+            begin = std::max(far, level);
         }
     }
 
@@ -272,28 +321,68 @@ public:
     }
 
 private:
-    static constexpr double first_reach = 0.75;  // cells of this lattice
+    static constexpr double window = 0.75;     // cells of this lattice
+    static constexpr std::size_t stride = 64;  // of a sample of them
+
+    static bool is_crossed(const LevelCell& cell, double level) {
+        const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
+        return *least < level && *most >= level;
+    }
+
+    /// Of each cell: the result twice, and where it is, in one region or more.
+    static constexpr std::uint64_t bytes_per_reach = 16 + 20;
+    /// Of each cell: bounds by its pieces twice, by both, bend, and where it is, in one region or more.
+    static constexpr std::uint64_t bytes_per_quick = sizeof(Quick) + 2 * 16 + 8 + 20;
+
+    /// Cells whose triangles are bounded at most: each goes through as many finest cells as its square.
+    std::uint64_t most_refined() const {
+        return std::uint64_t(std::clamp(4096 / (ratio_ * ratio_), 64.0, 4096.0));
+    }
+
+    template <class T>
+    static std::vector<T> joined(std::vector<std::vector<T>>& parts) {
+        std::uint64_t size = 0;
+        for (const auto& part : parts) size += part.size();
+        std::vector<T> all;
+        all.reserve(size);
+        for (auto& part : parts) {
+            all.insert(all.end(), part.begin(), part.end());
+            std::vector<T>().swap(part);
+        }
+        return all;
+    }
 
     std::vector<Blocked> blocked_levels(std::span<const LevelCell> cells, double bound, int away,
                                         const Progress& progress) const {
-        Stage stage(progress, "surface levels", cells.size());
+        const Taken taken(guard_, (sizeof(Blocked) + bytes_per_reach) * cells.size());
+        const std::vector<double> reaches = pieces_.reaches(cells, bound, away, progress);
         std::vector<Blocked> all(cells.size());
-        for_chunks(cells.size(), cell_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
-            for (std::uint64_t i = begin; i < end; ++i) {
-                const LevelCell& cell = cells[i];
-                double low = away * cell.value[0], high = low;
-                for (const double v : cell.value) {
-                    low = std::min(low, away * v);
-                    high = std::max(high, away * v);
-                }
-                // Triangles are where g ≥ level − bend(cell).
-                const double reach = pieces_.reach(cell, bound, away) + bend(cell);
-                all[i] = {low, std::min(high, reach)};
+        parallel_for(cells.size(), cell_grain, [&](std::uint64_t i) {
+            double low = away * cells[i].value[0], high = low;
+            for (const double v : cells[i].value) {
+                low = std::min(low, away * v);
+                high = std::max(high, away * v);
             }
-            stage.advance(end - begin);
+            // Triangles are where g ≥ level − bend(cell).
+            all[i] = {low, std::min(high, reaches[i] + bend(cells[i]))};
         });
-        std::sort(all.begin(), all.end(), [](const Blocked& a, const Blocked& b) { return a.low < b.low; });
         return all;
+    }
+
+    static void sort_by_low(std::vector<Blocked>& blocked) {
+        std::sort(blocked.begin(), blocked.end(),
+                  [](const Blocked& a, const Blocked& b) { return a.low < b.low; });
+    }
+
+    /// A sample blocks some levels from `level` on, which moves to the first that it does not; then those
+    /// remain, in order, that block later ones: few.
+    static void keep_decisive(std::vector<Blocked>& blocked, double& level) {
+        std::vector<Blocked> sample;
+        for (std::size_t i = 0; i < blocked.size(); i += stride) sample.push_back(blocked[i]);
+        sort_by_low(sample);
+        level = first_free(sample, level);
+        std::erase_if(blocked, [&](const Blocked& b) { return b.high < level; });
+        sort_by_low(blocked);
     }
 
     /// The least level from `level` on that no cell blocks.
@@ -340,63 +429,43 @@ private:
             if (surface.crossing.has(v))
                 at[std::size_t(v)] = shell_.lattice.to_lattice(
                     vertex_position(frame.grid, cell.at, surface.value, surface.crossing, frame.side, v));
-        for (int t = 0; t < surface.patch.size; ++t) {
-            const auto& c = surface.patch.triangle[std::size_t(t)];
-            bounder_.include(at[c[0]], at[c[1]], at[c[2]], hull, error);
+        std::array<TriangleBounder::Corners, Patch::capacity> triangles;
+        const auto size = std::size_t(surface.patch.size);
+        for (std::size_t t = 0; t < size; ++t) {
+            const auto& c = surface.patch.triangle[t];
+            triangles[t] = {at[c[0]], at[c[1]], at[c[2]]};
         }
+        bounder_.include(std::span(triangles).first(size), hull, error);
     }
 
-    /// A cell that the level runs through, and bounds of f on its triangles that cost little.
-    struct Quick {
-        std::uint32_t cell;
-        bool star;
-        double lower, upper;
-    };
-
-    void bound_cells(const SurfaceFrame& frame, std::span<const LevelCell> cells, Hull& hull,
-                     double& error) const {
+    /// Of the cells that the level runs through: stars, of which nothing is known, then some of the worst in
+    /// order, and the rest.
+    std::vector<Quick> quick_bounds(const SurfaceFrame& frame, std::span<const LevelCell> cells, RangeEnds ends,
+                                    const Progress& progress) const {
+        const Taken taken(guard_, bytes_per_quick * cells.size());
+        std::vector<double> bends(cells.size());
+        parallel_for(cells.size(), cell_grain, [&](std::uint64_t i) { bends[i] = bend(cells[i]); });
+        const std::vector<SurfaceRange> ranges = pieces_.ranges(cells, frame.level, bends, progress);
         std::vector<Quick> quick;
+        quick.reserve(cells.size());
         std::array<double, 8> value;
-        for (std::size_t i = 0; i < cells.size(); ++i) {
-            const Crossing crossing = crossing_of(cells[i], frame.level, value);
-            if (crossing.below == 0 || crossing.below == 0xff) continue;
-            const double away = bend(cells[i]), infinity = std::numeric_limits<double>::infinity();
-            Quick q{std::uint32_t(i), crossing.star, -infinity, infinity};
-            if (!q.star) {
-                const auto [below, above] =
-                    pieces_.difference(cells[i], frame.level - away, frame.level + away);
-                q.lower = frame.level - away + below;
-                q.upper = frame.level + away + above;
-            }
-            quick.push_back(q);
-        }
+        for (std::uint32_t i = 0; i < cells.size(); ++i)
+            if (is_crossed(cells[i], frame.level))
+                quick.push_back({i, crossing_of(cells[i], frame.level, value).star, ranges[i]});
         const auto badness = [&](const Quick& q) {
-            return std::max(frame.level - q.lower, q.upper - frame.level);
+            constexpr double infinity = std::numeric_limits<double>::infinity();
+            const double below = frame.level - q.range.lower, above = q.range.upper - frame.level;
+            if (q.star) return infinity;
+            return ends == RangeEnds::both ? std::max(below, above) : ends == RangeEnds::lower ? below : above;
         };
-        std::stable_sort(quick.begin(), quick.end(),
-                         [&](const Quick& a, const Quick& b) { return badness(a) > badness(b); });
-        for (const Quick& q : quick)
-            if (q.star || !hull.include_if_within(q.lower, q.upper))
-                include_triangles(frame, cells[q.cell], hull, error);
-    }
-
-    /// Every edge on which f passes a level goes through a finest cell that the level runs through.
-    std::vector<std::uint64_t> candidates(double low, double high, const Progress& progress) const {
-        const std::vector<LevelCell> finest =
-            find_level_cells(shell_.octree, shell_.field, low, high, progress);
-        // A finest cell may have many: few at a time, so that they can be counted in time.
-        Taken taken(guard_, sizeof(LevelCell) * finest.size());
-        std::vector<std::vector<std::uint64_t>> parts(chunk_count(finest.size(), fine_grain));
-        for_chunks(finest.size(), fine_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-            for (std::uint64_t i = begin; i < end; ++i)
-                Overlap(finest[i], ratio_, grid().cells, low, high, parts[chunk]);
-            taken.add(2 * sizeof(std::uint64_t) * parts[chunk].size());  // and once more when they are joined
-        });
-        std::vector<std::uint64_t> keys;
-        for (const auto& part : parts) keys.insert(keys.end(), part.begin(), part.end());
-        parallel_sort(keys);
-        keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-        return keys;
+        const auto is_worse = [&](const Quick& a, const Quick& b) {
+            const double x = badness(a), y = badness(b);
+            return x != y ? x > y : a.cell < b.cell;
+        };
+        const auto ordinary = std::partition(quick.begin(), quick.end(), [](const Quick& q) { return q.star; });
+        const auto some = std::min<std::ptrdiff_t>(quick.end() - ordinary, std::ptrdiff_t(most_refined()));
+        std::partial_sort(ordinary, ordinary + some, quick.end(), is_worse);
+        return quick;
     }
 
     /// f at a lattice point.
@@ -408,53 +477,43 @@ private:
         return geometry::trilinear(cell.value, (1.0 / cell.width) * (u - cell.corner));
     }
 
-    /// The cells with these keys that a level in [low, high] runs through.
-    std::vector<LevelCell> evaluate(const std::vector<std::uint64_t>& keys, double low, double high,
-                                    const Progress& progress) const {
-        Stage stage(progress, "surface values", keys.size());
-        Taken taken(guard_, 0);
-        std::vector<std::vector<LevelCell>> parts(chunk_count(keys.size(), cell_grain));
-        for_chunks(keys.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-            for (std::uint64_t i = begin; i < end; ++i) {
-                LevelCell cell{cell_of(keys[i]), {}};
-                for (std::uint32_t c = 0; c < 8; ++c)
-                    cell.value[c] =
-                        value({cell.at[0] + (c & 1), cell.at[1] + (c >> 1 & 1), cell.at[2] + (c >> 2)});
-                const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
-                if (*least < high && *most >= low) parts[chunk].push_back(cell);
-            }
-            taken.add(sizeof(LevelCell) * parts[chunk].size());
-            stage.advance(end - begin);
-        });
-        taken.add(sizeof(LevelCell) * (taken.bytes() / sizeof(LevelCell)));
-        std::vector<LevelCell> cells;
-        for (const auto& part : parts) cells.insert(cells.end(), part.begin(), part.end());
-        return cells;
+    /// Cells that a level runs through, beyond crossed faces of others, until there are no more.
+    /// \param all  in the order of keys; the others follow
+    void add_missing(const Assembler& assembler, std::vector<std::uint64_t> fresh,
+                     std::vector<LevelCell>& all) const {
+        std::vector<std::uint64_t> known;
+        for (const LevelCell& cell : all) known.push_back(key_of(cell.at));
+        while (!fresh.empty()) {
+            parallel_sort(fresh);
+            fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+            std::erase_if(
+                fresh, [&](std::uint64_t key) { return std::binary_search(known.begin(), known.end(), key); });
+            const auto middle = std::ptrdiff_t(known.size());
+            known.insert(known.end(), fresh.begin(), fresh.end());
+            std::inplace_merge(known.begin(), known.begin() + middle, known.end());
+            fresh = add_crossed(assembler, fresh, all);
+        }
     }
 
-    std::vector<std::uint64_t> missing_neighbours(const std::vector<LevelCell>& cells,
-                                                  const std::vector<std::uint64_t>& known, double low,
-                                                  double high) const {
-        std::vector<std::uint64_t> missing;
-        for (const LevelCell& cell : cells)
-            for (unsigned face = 0; face < 6; ++face) {
-                const unsigned axis = face / 2, side = face % 2;
-                double least = 1e300, most = -1e300;
-                for (unsigned c = 0; c < 8; ++c)
-                    if ((c >> axis & 1) == side) {
-                        least = std::min(least, cell.value[c]);
-                        most = std::max(most, cell.value[c]);
-                    }
-                if (!(least < high && most >= low)) continue;
-                octree::Cell at = cell.at;
-                at[axis] += side == 1 ? 1 : ~std::uint32_t{0};
-                if (at[axis] >= grid().cells) continue;
-                const std::uint64_t key = key_of(at);
-                if (!std::binary_search(known.begin(), known.end(), key)) missing.push_back(key);
-            }
-        std::sort(missing.begin(), missing.end());
-        missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
-        return missing;
+    /// Of the cells with these keys those that a level runs through; returns those beyond their crossed faces.
+    std::vector<std::uint64_t> add_crossed(const Assembler& assembler, std::span<const std::uint64_t> keys,
+                                           std::vector<LevelCell>& all) const {
+        std::vector<std::uint64_t> beyond;
+        for (const std::uint64_t key : keys) {
+            LevelCell cell{cell_of(key), {}};
+            for (std::uint32_t c = 0; c < 8; ++c)
+                cell.value[c] = value({cell.at[0] + (c & 1), cell.at[1] + (c >> 1 & 1), cell.at[2] + (c >> 2)});
+            if (!assembler.crossed(cell)) continue;
+            all.push_back(cell);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                for (unsigned side = 0; side < 2; ++side) {
+                    octree::Cell at = cell.at;
+                    at[axis] += side == 1 ? 1 : ~std::uint32_t{0};
+                    if (at[axis] < grid().cells && assembler.crossed(cell, axis, side))
+                        beyond.push_back(key_of(at));
+                }
+        }
+        return beyond;
     }
 
     const shell::ShellData& shell_;
@@ -462,7 +521,6 @@ private:
     MemoryGuard& guard_;
     CellPieces pieces_;
     TriangleBounder bounder_;
-    std::optional<CoarseCells> coarse_;
 };
 
 }  // namespace

@@ -285,7 +285,7 @@ TEST(Simplify, SameResultForAnyThreads) {
 TEST(Simplify, SinglePrecisionIsProvenToo) {
     const Mesh mesh = zoo::sphere({1e3, 1e3, 1e3}, 1, 3);
     const double tolerance = 0.02;
-    const Simplified s = simplify(mesh, {.tolerance = tolerance, .single_precision = true});
+    const Simplified s = simplify(mesh, {.tolerance = tolerance, .coordinates = Coordinates::single});
     EXPECT_LT(s.report.faces_after, mesh.triangles.size());
     for (const Vec3& v : s.mesh.vertices)
         for (int axis = 0; axis < 3; ++axis)

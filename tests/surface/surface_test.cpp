@@ -443,13 +443,13 @@ TEST(Surface, ValuesThatNoDistanceHasAreRefused) {
 TEST(Surface, AnyValuesInRangeEndInASurfaceOrAnError) {
     std::mt19937_64 random(5);
     const ThinShell shell = build_at(zoo::sphere({0, 0, 0}, 1, 2), 3);
-    for (int round = 0; round < 40; ++round) {
+    for (int round = 0; round < 16; ++round) {
         shell::ShellData data = shell::Access::data(shell);
         std::uniform_real_distribution<double> value(-20, 20);
         for (auto& stored : data.field.values) {
             std::vector<double> values(stored.data(), stored.data() + stored.size());
             for (double& v : values)
-                if (random() % (round < 20 ? 2 : 50) == 0) v = value(random);
+                if (random() % (round < 8 ? 2 : 50) == 0) v = value(random);
             stored = std::move(values);
         }
         for (const SurfaceSide side : {SurfaceSide::outer, SurfaceSide::inner})
