@@ -1,3 +1,4 @@
+#include "its/memory.h"
 #include "its/page.h"
 
 #include <fmt/format.h>
@@ -184,7 +185,22 @@ std::string level_text(const Surface& surface) {
                        surface.report.certified ? ", certified" : "");
 }
 
+/// For each cell that a surface runs through: two surfaces, and what the page has of them.
+constexpr double bytes_per_cell = 450, bytes_per_triangle = 50, base_bytes = 1e6;
+
+void check_memory(const ThinShell& shell, const ViewOptions& options) {
+    const ShellInfo& info = shell.info();
+    const int own = 1 << info.depth;
+    const double ratio =
+        double(options.resolution > 0 ? options.resolution : std::min(own, default_resolution)) / own;
+    const double bytes = base_bytes + bytes_per_cell * double(info.surface_cells) * ratio * ratio +
+                         bytes_per_triangle * double(info.mesh_triangles);
+    require_memory(std::uint64_t(std::min(bytes, 1e18)), options.max_memory, "the page",
+                   "choose a smaller resolution of its surfaces");
+}
+
 Json page_data(const ThinShell& shell, const ViewOptions& options, const Progress& progress) {
+    check_memory(shell, options);
     Parts parts(progress);
     const ShellInfo& info = shell.info();
     const Vec3 centre = 0.5 * (info.root.min + info.root.max);

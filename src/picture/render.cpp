@@ -13,6 +13,7 @@
 #include "base/progress.h"
 #include "display/numbers.h"
 #include "its/inspect.h"
+#include "its/memory.h"
 #include "its/picture.h"
 #include "its/surface.h"
 #include "mesh/normals.h"
@@ -196,7 +197,20 @@ void write_key(const Pen& pen, const Panel& panel, const std::vector<std::pair<c
     pen.type.write(pen.image, panel.text, {panel.rect.x + margin * pen.unit, y}, 0.9 * size, pale_ink);
 }
 
+/// For each cell that a surface runs through: two surfaces, whole and cut open, with what rays need.
+constexpr double bytes_per_cell = 720, bytes_per_triangle = 330, base_bytes = 5e6;
+
+void check_memory(const ThinShell& shell, const RenderOptions& options) {
+    const ShellInfo& info = shell.info();
+    const double ratio = options.resolution > 0 ? std::ldexp(double(options.resolution), -info.depth) : 1.0;
+    const double bytes = base_bytes + bytes_per_cell * double(info.surface_cells) * ratio * ratio +
+                         bytes_per_triangle * double(info.mesh_triangles);
+    require_memory(std::uint64_t(std::min(bytes, 1e18)), options.max_memory, "the picture",
+                   "choose a smaller resolution of its surfaces");
+}
+
 Model make_model(const ThinShell& shell, const RenderOptions& options, Parts& parts) {
+    check_memory(shell, options);
     const ShellInfo& info = shell.info();
     const Frame frame{0.5 * (info.root.min + info.root.max), info.scale, options.up};
     const auto surface = [&](SurfaceSide side, double until) {

@@ -56,13 +56,23 @@ Rounding make_rounding(const octree::Lattice& lattice, Coordinates coordinates) 
     return rounding;
 }
 
-/// Expected of the cells that an outer or inner surface runs through: as many as of the octree's subdivided
-/// cells of that width, and half as many again as it is not where M is; on finer lattices as the square of the
-/// resolution.
+/// At the peak, for each cell that the surface runs through. On the shell's own lattice: 1.2 cells collected
+/// for a range of levels (80 bytes), each with its crossing, first vertex and place in an index (24); a vertex
+/// and two triangles, twice while they are joined (24 + 2·2·12).
+constexpr double own_bytes = 200;
+/// On others: at the end cells of a window of levels (1.9 times 80 bytes), the mesh (48), bounds of f on both
+/// sides, by pieces and as sorted (100).
+constexpr double other_bytes = 310, other_base = 4e6;
+constexpr double leaf_bytes = 1.5 * 380;
+
+/// Expected of the cells that an outer or inner surface runs through: as many as of the octree's cells of that
+/// width that meet M (within 2 %, on real models), around both sides where there is no inside; on finer
+/// lattices as the square of the resolution.
 double expected_cells(const shell::ShellData& shell, int resolution) {
     const int depth = shell.lattice.depth;
     const octree::Octree& octree = shell.octree;
-    if (resolution == 0) return 1.5 * double(octree.surface_cells());
+    const double sheets = shell.info.sign == SignRule::unsigned_rule ? 2.0 : 1.0;
+    if (resolution == 0) return sheets * double(octree.surface_cells());
     const double ratio = double(shell.lattice.scale_cells()) / resolution;
     double cells = 0;  // in surface cells that are no smaller
     for (int level = 0; level <= depth; ++level) {
@@ -71,10 +81,10 @@ double expected_cells(const shell::ShellData& shell, int resolution) {
         if (width >= ratio || (level == 0 && ratio < 2))
             cells += double(count) * (width / ratio) * (width / ratio);
     }
-    if (ratio < 2) return 1.5 * cells;
+    if (ratio < 2) return sheets * cells;
     const int level = std::min(std::ilogb(ratio), depth);
     const double width = std::ldexp(1.0, level);
-    return 1.5 *
+    return sheets *
            (cells + double(octree.levels[std::size_t(level) - 1].groups()) * (width / ratio) * (width / ratio));
 }
 
@@ -213,8 +223,10 @@ struct Extraction {
           guard(with.max_memory),
           source(make_source(of, with, guard)),
           frame{source->grid(), with.side, 0} {
-        guard.check_expected(expected_cells(of, with.resolution),
-                             with.resolution > 0 ? with.resolution : double(of.lattice.scale_cells()));
+        const bool own = is_own_lattice(of, with.resolution);
+        const double expected = expected_cells(of, own ? 0 : with.resolution);
+        guard.check_expected(own ? own_bytes * expected : other_base + other_bytes * expected,
+                             own ? double(of.lattice.scale_cells()) : with.resolution);
     }
 
     const shell::ShellData& shell;
@@ -242,9 +254,17 @@ void count_enclosed(Extraction& e, bool off_mesh) {
     e.enclosed = enclosure(e.shell.mesh, e.mesh, wanted, e.parts.next(0.2));
 }
 
+std::uint64_t crossed_cells(const Extraction& e) {
+    return std::uint64_t(std::count_if(e.cells.begin(), e.cells.end(), [&](const LevelCell& cell) {
+        const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
+        return *least < e.frame.level && *most >= e.frame.level;
+    }));
+}
+
 void make_mesh(Extraction& e) {
-    // Of each cell the list, crossing, number and index, a vertex and two triangles, which are joined.
-    const Taken taken(e.guard, e.cells.size() * (sizeof(LevelCell) + 28 + 24 + 2 * 2 * sizeof(Triangle)));
+    // Of each cell itself, its crossing, number and index; of those crossed a vertex and two triangles, joined.
+    const Taken taken(e.guard, e.cells.size() * (sizeof(LevelCell) + 24) +
+                                   crossed_cells(e) * (sizeof(Vec3) + 2 * 2 * sizeof(Triangle)));
     e.mesh = polygonise(e.frame, e.cells, e.parts.next(0.4));
 }
 
@@ -328,13 +348,6 @@ void certify(Extraction& e, SurfaceReport& report) {
     report.certified = margin > 0 && e.enclosed.wrong.empty();
 }
 
-std::uint64_t crossed_cells(const Extraction& e) {
-    return std::uint64_t(std::count_if(e.cells.begin(), e.cells.end(), [&](const LevelCell& cell) {
-        const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
-        return *least < e.frame.level && *most >= e.frame.level;
-    }));
-}
-
 /// On the cells of an adaptive shell themselves.
 Surface extract_from_leaves(const shell::ShellData& shell, const SurfaceOptions& options,
                             const Progress& progress) {
@@ -342,7 +355,7 @@ Surface extract_from_leaves(const shell::ShellData& shell, const SurfaceOptions&
     Parts all(progress);
     check_values(shell);
     MemoryGuard guard(options.max_memory);
-    guard.check_expected(expected_cells(shell, 0), double(shell.lattice.scale_cells()));
+    guard.check_expected(leaf_bytes * expected_cells(shell, 0), double(shell.lattice.scale_cells()));
     const Grid grid = finest_source(shell, make_rounding(shell.lattice, options.coordinates))->grid();
     const double own = own_level(shell, options.side), width = shell.lattice.width;
     std::optional<double> given;

@@ -169,7 +169,7 @@ std::vector<LatticePoint> find_lattice_points(const octree::Octree& octree, cons
                               std::uint32_t(i / regions / regions)};
         Sampler sampler(table, {level, at}, low, high, parts[i]);
         BoxWalk<Sampler>(octree, field, sampler).run();
-        taken.add(2 * sizeof(LatticePoint) * parts[i].size());  // and once more when they are in order
+        taken.add(sizeof(LatticePoint) * parts[i].size());  // and given back as they are put in order
         stage.advance(1);
     });
     return sorted(parts, side);

@@ -28,9 +28,8 @@ public:
     void give_back(std::uint64_t bytes) { used_.fetch_sub(bytes, std::memory_order_relaxed); }
 
     /// Refuses what is known to be too much beforehand.
-    /// \param cells  expected of the lattice's cells that the surface runs through, at a resolution
-    void check_expected(double cells, double resolution) const {
-        const double bytes = cells * bytes_per_cell;
+    /// \param bytes  expected at the peak, for a surface of this resolution
+    void check_expected(double bytes, double resolution) const {
         if (bytes <= double(limit_)) return;
         const double fits = std::floor(resolution * std::sqrt(double(limit_) / bytes));
         throw MemoryError(
@@ -39,11 +38,6 @@ public:
                         fits >= 1 ? fmt::format("the largest resolution that fits is about {}", fits)
                                   : std::string("raise the limit")));
     }
-
-    /// At the peak: cells collected for a range of levels, twice while they are joined (80 bytes each);
-    /// crossing, first vertex and index (28); a vertex and two triangles, twice while they are joined (24 +
-    /// 2·2·12).
-    static constexpr double bytes_per_cell = 2 * 1.75 * 80 + 28 + 72;
 
 private:
     std::uint64_t limit_;

@@ -243,7 +243,7 @@ public:
         for_chunks(points.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
             assembler.run(
                 begin, end, [&](const octree::Cell& p) { return value(p); }, found[chunk], missing[chunk]);
-            taken.add(2 * sizeof(LevelCell) * found[chunk].size());  // and once more when they are joined
+            taken.add(sizeof(LevelCell) * found[chunk].size());  // and given back as they are joined
         });
         std::vector<LevelCell> all = joined(found);
         std::vector<std::uint64_t> fresh = joined(missing);

@@ -416,6 +416,16 @@ TEST(Surface, CoarseLatticesEncloseEveryPartOrSaySo) {
     }
 }
 
+TEST(Surface, OtherLatticesWrapAdaptiveShells) {
+    for (const auto& entry : zoo::all()) {
+        SCOPED_TRACE(entry.name);
+        const ThinShell shell = build(entry.mesh, {.thickness = 0.1});
+        for (const int resolution : {7, 24})
+            expect_wrapped(shell, entry.mesh, resolution,
+                           entry.closed_oriented && entry.name != "overlapping_spheres");
+    }
+}
+
 TEST(Surface, CoarseLatticesWrapTheZoo) {
     for (const auto& entry : zoo::all())
         for (const int resolution : {5, 8, 13}) {
