@@ -28,12 +28,13 @@ struct ClosestPoint {
 /// A hierarchy of boxes, split by the surface area heuristic: docs/design/distance.md.
 ///
 /// Exact: the distance is that of the nearest of all triangles. Its error is at most 144u·R, u = 2⁻⁵³ and R
-/// the largest of the coordinates and of |query − M|; in all tests it is below 8u·R.
+/// the largest of the coordinates and of |query − M|; in all tests it is below 8u·R. At every size: what is
+/// below the least double is rounded to it, and a distance beyond all doubles is infinite.
 class ClosestPoints {
 public:
     /// Copies the mesh. Reports no progress.
-    /// \throws InputError (no triangles, non-finite coordinates, a size over 1e75, indices out of range),
-    ///         OptionError (run)
+    /// \throws InputError (no triangles, non-finite coordinates, or so small beside the largest, by 10²⁹⁰ and
+    ///         more, that no computation has both, indices out of range), OptionError (run)
     explicit ClosestPoints(const MeshView& mesh, const Run& run = {});
 
     /// The closest point to one point. Allocates nothing. \throws InputError if it is not finite.
@@ -88,6 +89,7 @@ struct MeshDistance {
 /// Measures how far `from` is from `to`, with exact closest points: at all vertices that triangles use (for max
 /// alone), and at `samples` points, one for each of as many equal parts of the area. No seed is needed: the
 /// points are quasi-random, and the result is the same bits for any number of threads.
+/// At every size, as ClosestPoints; what is 10³⁰⁰ times smaller than the larger mesh counts as 0.
 /// \param samples  0: vertices alone
 /// \throws InputError (as ClosestPoints, for either mesh), OptionError (run), Cancelled.
 MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples = 200'000,

@@ -60,7 +60,8 @@ struct WrongPart {
     std::uint64_t triangles = 0;
     std::uint64_t first_triangle = 0;  ///< the lowest of the part's, in the mesh
     Box bounds;
-    double volume = 0;        ///< the integral of the part's winding number; < 0: it faces inward
+    double volume = 0;  ///< the integral of the part's winding number; < 0: it faces inward. ±infinity or
+                        ///< ±0 beyond what a double can be, at sizes from 1e102 and below 1e-107
     std::uint64_t depth = 0;  ///< parts that it lies in
     /// Its surface crosses that of another part, or those that it lies in cross each other: then what is meant
     /// is not known, and turn_parts() leaves it as it is.
@@ -100,7 +101,8 @@ struct MeshReport {
     bool closed = false;               ///< no boundary edge but those at T-junctions
     bool oriented = false;             ///< no inconsistent edge
     Box bounds;
-    double signed_volume = 0;                 ///< of the cones from the centre of the bounds; < 0: inside out
+    double signed_volume = 0;  ///< of the cones from the centre of the bounds; < 0: inside out. As
+                               ///< WrongPart::volume where that is beyond what a double can be
     SignRule sign = SignRule::unsigned_rule;  ///< what `auto` chooses
     std::string sign_reason;                  ///< one sentence: why
     SignAdvice sign_advice = SignAdvice::none;

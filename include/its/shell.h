@@ -122,7 +122,8 @@ public:
     const Mesh& mesh() const;
 
     /// f anywhere in space, in mesh units; negative inside. Continuous; outside the root cube the value at
-    /// the nearest point of the cube plus the distance to it. NaN for a non-finite point.
+    /// the nearest point of the cube plus the distance to it, infinite where that is beyond all doubles. NaN
+    /// for a non-finite point.
     double value(const Vec3& point) const;
 
     /// ∇f, without unit. On lattice planes, where f has a kink, the one-sided gradient of the cell that
@@ -144,9 +145,9 @@ private:
 /// Builds the shell of any mesh, of which it keeps a copy. Method and departures from the paper:
 /// docs/design/README.md.
 /// \param report  if not null, receives what inspect() says about the mesh.
-/// \throws InputError (no triangles, non-finite coordinates, indices out of range, too far from the origin
-///         for its size, or for its coordinates to tell lengths of BuildOptions::weld apart), OptionError,
-///         MemoryError (names the largest depth that fits), Cancelled.
+/// \throws InputError (no triangles, non-finite coordinates, indices out of range, a size that is not in
+///         [1e-75, 1e75], too far from the origin for its size, or for its coordinates to tell lengths of
+///         BuildOptions::weld apart), OptionError, MemoryError (names the largest depth that fits), Cancelled.
 ThinShell build(const MeshView& mesh, const BuildOptions& options = {}, MeshReport* report = nullptr);
 
 /// A hash of all that the result of build() depends on: the mesh, the options as given (not how they

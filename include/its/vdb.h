@@ -16,7 +16,8 @@ struct VdbOptions {
 /// points of the finest lattice, values in mesh units; all with |f| < half_width cells are active, the others
 /// have ± that as background. Class "level set" where f has an inside; else all values are positive. Metadata
 /// has epsilon_inner, epsilon_outer, depth and sign.
-/// \throws OptionError, FileError, Cancelled.
+/// \throws InputError (cells too narrow for OpenVDB, below 1.5e-5, or values beyond 32-bit numbers),
+/// OptionError, FileError, Cancelled.
 void write_vdb(const ThinShell& shell, const std::filesystem::path& path, const VdbOptions& options = {});
 
 }  // namespace its

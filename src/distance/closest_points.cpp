@@ -9,6 +9,7 @@
 #include "distance/searchable.h"
 #include "geometry/vec3.h"
 #include "mesh/arrays.h"
+#include "mesh/scaled.h"
 
 namespace its {
 using namespace distance;
@@ -17,31 +18,40 @@ namespace {
 
 constexpr std::uint64_t grain = 512;  // points: below it, a batch is serial
 
-/// A copy of the mesh, if it can be searched. \throws InputError
-Mesh checked_copy(const mesh::Arrays& mesh) {
+/// A copy of the mesh, scaled. \throws InputError unless it can be searched
+Mesh checked_copy(const mesh::Arrays& mesh, geometry::Scaling& scaling) {
     require_searchable(mesh);
-    return mesh::copy_of(mesh);
+    const mesh::Scaled scaled(mesh);
+    scaling = scaled.scaling();
+    return mesh::copy_of(scaled.arrays());
 }
 
 }  // namespace
 
 struct ClosestPoints::Data {
-    explicit Data(const mesh::Arrays& m) : mesh(checked_copy(m)), tree(mesh.vertices, mesh.triangles) {}
+    explicit Data(const mesh::Arrays& m)
+        : mesh(checked_copy(m, scaling)),
+          reach(mesh::largest_coordinate(mesh)),
+          tree(mesh.vertices, mesh.triangles) {}
 
-    ClosestPoint find(const Vec3& p) const {
-        const Nearest nearest = tree.find(p);
+    ClosestPoint find(const Vec3& point) const {
+        const SearchPoint query = search_point(point, scaling, reach);
+        const Nearest nearest = tree.find(query.at);
         ClosestPoint result;
         result.triangle = nearest.triangle;
-        result.distance = std::sqrt(nearest.squared);
-        result.barycentric = tree.barycentric(nearest, p);
+        result.barycentric = tree.barycentric(nearest, query.at);
         const Triangle& t = mesh.triangles[nearest.triangle];
         const Vec3& a = mesh.vertices[t[0]];
-        result.point = a + result.barycentric[1] * (mesh.vertices[t[1]] - a) +
-                       result.barycentric[2] * (mesh.vertices[t[2]] - a);
+        result.point = scaling.out(a + result.barycentric[1] * (mesh.vertices[t[1]] - a) +
+                                   result.barycentric[2] * (mesh.vertices[t[2]] - a));
+        result.distance = query.moved ? geometry::distance_at_any_size(point, result.point)
+                                      : scaling.out(std::sqrt(nearest.squared));
         return result;
     }
 
-    Mesh mesh;
+    geometry::Scaling scaling;
+    Mesh mesh;     ///< scaled
+    double reach;  ///< its largest coordinate
     ClosestPointTree tree;
 };
 

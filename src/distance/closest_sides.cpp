@@ -13,6 +13,7 @@
 #include "its/distance.h"
 #include "mesh/merged.h"
 #include "mesh/normals.h"
+#include "mesh/scaled.h"
 
 namespace its {
 
@@ -31,9 +32,12 @@ void require_balanced(std::span<const mesh::EdgeUse> uses) {
             uses[0].triangle));
 }
 
-mesh::Merged merged(const mesh::Arrays& mesh) {
+/// Scaled. \throws InputError unless the mesh can be searched
+mesh::Merged merged(const mesh::Arrays& mesh, geometry::Scaling& scaling) {
     distance::require_searchable(mesh);
-    return mesh::merge(mesh);
+    const mesh::Scaled scaled(mesh);
+    scaling = scaled.scaling();
+    return mesh::merge(scaled.arrays());
 }
 
 }  // namespace
@@ -48,7 +52,8 @@ std::optional<Side> parse_side(std::string_view name) {
 
 struct ClosestSides::Data {
     explicit Data(const mesh::Arrays& source)
-        : mesh(merged(source)),
+        : mesh(merged(source, scaling)),
+          reach(mesh::largest_coordinate({mesh.points, mesh.triangles})),
           tree(mesh.points, mesh.triangles),
           at_vertex(mesh::vertex_normals(mesh.points, mesh.triangles)),
           at_edge(mesh.triangles.size()) {
@@ -72,7 +77,8 @@ struct ClosestSides::Data {
         return t[0] != low && t[0] != use.high ? 0 : t[1] != low && t[1] != use.high ? 1 : 2;
     }
 
-    Side side(const Vec3& p) const {
+    Side side(const Vec3& point) const {
+        const Vec3 p = distance::search_point(point, scaling, reach).at;
         const distance::Nearest nearest = tree.find(p);
         if (nearest.squared == 0) return Side::on_surface;
         const Triangle& t = mesh.triangles[nearest.triangle];
@@ -88,7 +94,9 @@ struct ClosestSides::Data {
         return dot(p - foot, n) > 0 ? Side::outside : Side::inside;
     }
 
-    mesh::Merged mesh;
+    geometry::Scaling scaling;
+    mesh::Merged mesh;  ///< scaled
+    double reach;       ///< its largest coordinate
     distance::ClosestPointTree tree;
     CornerValues<Vec3> at_vertex;
     std::vector<std::array<Vec3, 3>> at_edge;  ///< of a triangle, opposite of each corner; of any length

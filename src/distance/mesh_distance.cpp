@@ -9,6 +9,7 @@
 #include "distance/searchable.h"
 #include "geometry/vec3.h"
 #include "mesh/arrays.h"
+#include "mesh/scaled.h"
 
 namespace its {
 using namespace distance;
@@ -101,8 +102,13 @@ MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64
     const mesh::Native a(from), b(to);
     require_searchable(a);
     require_searchable(b);
-    return with_threads(run.threads,
-                        [&] { return mesh_distance(a.arrays(), b.arrays(), samples, run.progress); });
+    const geometry::Scaling scaling = geometry::scaling_for(
+        std::max(mesh::largest_coordinate(a.arrays()), mesh::largest_coordinate(b.arrays())));
+    const mesh::Scaled from_scaled(a, scaling), to_scaled(b, scaling);
+    const MeshDistance d = with_threads(run.threads, [&] {
+        return mesh_distance(from_scaled.arrays(), to_scaled.arrays(), samples, run.progress);
+    });
+    return {scaling.out(d.max), scaling.out(d.mean), scaling.out(d.root_mean_square)};
 }
 
 }  // namespace its

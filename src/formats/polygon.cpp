@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 
 #include "formats/readers.h"
 #include "geometry/predicates.h"
+#include "geometry/scaling.h"
 #include "geometry/vec3.h"
 
 namespace its::formats {
@@ -22,10 +24,16 @@ int turn(const Point& a, const Point& b, const Point& c) {
 /// normal.
 std::vector<Point> project(std::span<const std::uint32_t> polygon, std::span<const Vec3> vertices) {
     Vec3 normal;
-    const Vec3 origin = vertices[polygon[0]];
+    double largest = 0;
+    for (const std::uint32_t corner : polygon)
+        largest = std::max(largest, geometry::largest_magnitude(vertices[corner]));
+    const geometry::Scaling scaling = geometry::scaling_for(largest);
+    const Vec3 origin = scaling.in(vertices[polygon[0]]);
+    Vec3 a;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Vec3 a = vertices[polygon[i]] - origin, b = vertices[polygon[(i + 1) % polygon.size()]] - origin;
+        const Vec3 b = scaling.in(vertices[polygon[(i + 1) % polygon.size()]]) - origin;
         normal = normal + cross(a, b);
+        a = b;
     }
     int axis = 0;
     for (int i = 1; i < 3; ++i) {

@@ -108,9 +108,11 @@ std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes
 void formats::check_writable(const mesh::Arrays& mesh, bool single_precision) {
     const double limit =
         single_precision ? double{std::numeric_limits<float>::max()} : std::numeric_limits<double>::max();
+    double largest = 0;
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         const Vec3 v = mesh.vertices[i];
         for (int axis = 0; axis < 3; ++axis) {
+            largest = std::max(largest, std::abs(v[axis]));
             if (!(std::abs(v[axis]) <= limit)) {
                 throw InputError(
                     fmt::format("cannot write vertex {}: its coordinate {} is beyond {}", i, v[axis],
@@ -119,6 +121,12 @@ void formats::check_writable(const mesh::Arrays& mesh, bool single_precision) {
             }
         }
     }
+    // Smaller numbers of 32 bits have fewer digits than the others.
+    if (single_precision && largest > 0 && largest < double{std::numeric_limits<float>::min()})
+        throw InputError(
+            fmt::format("cannot write coordinates of {:.3g} at most as 32-bit numbers, which have no "
+                        "digits there; write .ply, .obj or .off with doubles",
+                        largest));
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         for (const std::uint32_t v : mesh.triangles[i]) {
             if (v >= mesh.vertices.size()) {

@@ -22,6 +22,7 @@
 #include "its/stopwatch.h"
 #include "mesh/arrays.h"
 #include "mesh/merged.h"
+#include "mesh/scaled.h"
 
 namespace its {
 using namespace inspector;
@@ -294,7 +295,13 @@ std::optional<PartFault> parse_part_fault(std::string_view name) {
     return value_in(faults, name);
 }
 
-Inspection inspector::examine(const mesh::Arrays& mesh) {
+namespace {
+
+double volume_in_units_of_caller(double volume, const geometry::Scaling& scaling) {
+    return std::ldexp(volume, 3 * scaling.exponent);
+}
+
+Inspection examine_scaled(const mesh::Arrays& mesh) {
     const mesh::Merged merged = mesh::merge(mesh);
     Inspection out;
     MeshReport& report = out.report;
@@ -346,6 +353,26 @@ Inspection inspector::examine(const mesh::Arrays& mesh) {
     else
         examine_parts({merged.points, turned(merged.triangles, out.turn)}, out);
     return out;
+}
+
+}  // namespace
+
+Inspection inspector::examine(const mesh::Arrays& mesh) {
+    const mesh::Scaled scaled(mesh);
+    const geometry::Scaling& scaling = scaled.scaling();
+    Inspection out = examine_scaled(scaled.arrays());
+    out.report.bounds = scaling.out(out.report.bounds);
+    out.report.signed_volume = volume_in_units_of_caller(out.report.signed_volume, scaling);
+    out.report.parts = in_units_of_caller(std::move(out.report.parts), scaling);
+    return out;
+}
+
+PartsReport inspector::in_units_of_caller(PartsReport parts, const geometry::Scaling& scaling) {
+    for (WrongPart& part : parts.wrong) {
+        part.bounds = scaling.out(part.bounds);
+        part.volume = volume_in_units_of_caller(part.volume, scaling);
+    }
+    return parts;
 }
 
 MeshReport inspect(const MeshView& mesh, const Run& run) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/scaling.h"
 #include "its/inspect.h"
 #include "mesh/arrays.h"
 #include "winding/filling.h"
@@ -21,6 +22,9 @@ struct Inspection {
 };
 
 Inspection examine(const mesh::Arrays& mesh);
+
+/// What was found out about a scaled mesh. A volume may be infinite then, or 0.
+PartsReport in_units_of_caller(PartsReport parts, const geometry::Scaling& scaling);
 
 /// The triangles, those with a 1 with their second and third corner exchanged.
 std::vector<Triangle> turned(std::vector<Triangle> triangles, std::span<const std::uint8_t> turn);

@@ -11,6 +11,7 @@
 #include "base/disjoint_sets.h"
 #include "geometry/vec3.h"
 #include "mesh/merged.h"
+#include "mesh/scaled.h"
 
 namespace its {
 
@@ -84,9 +85,7 @@ DisjointSets cluster(const std::vector<Vec3>& points, double length) {
     return clusters;
 }
 
-void check_length(const std::vector<Vec3>& points, double length) {
-    double largest = 0;
-    for (const Vec3& p : points) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+void check_length(double largest, double length) {
     if (!(largest / length * cells_per_length < most_cells))
         throw InputError(fmt::format(
             "coordinates up to {:.3g} do not resolve a welding length of {:.3g}: it must be at least {:.3g}",
@@ -100,10 +99,11 @@ Welded weld(const MeshView& view, double length) {
         throw OptionError(fmt::format("welding length {}: must be finite and at least 0", length));
     const Mesh mesh = to_mesh(view);
     Welded out{mesh, {.length = length}};
-    const mesh::Merged merged = mesh::merge(mesh);
+    const mesh::Scaled scaled(mesh);
+    const mesh::Merged merged = mesh::merge(scaled.arrays());
     if (length == 0) return out;
-    check_length(merged.points, length);
-    DisjointSets clusters = cluster(merged.points, length);
+    check_length(mesh::largest_coordinate(mesh), length);
+    DisjointSets clusters = cluster(merged.points, scaled.scaling().in(length));
     // Of each position the first vertex that is there.
     std::vector<std::uint32_t> vertex(merged.points.size(), ~std::uint32_t{0});
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -130,8 +130,8 @@ Welded weld(const MeshView& view, double length) {
             const std::uint32_t point = merged.triangles[t][k], root = clusters.find(point);
             if (grown[root] == 0) continue;  // as it is, whatever the vertices' numbers
             corner[k] = stays[root];
-            const double move = norm(mesh.vertices[stays[root]] - merged.points[point]);
-            out.report.largest_move = std::max(out.report.largest_move, move);
+            const double move = norm(scaled.arrays().vertices[stays[root]] - merged.points[point]);
+            out.report.largest_move = std::max(out.report.largest_move, scaled.scaling().out(move));
         }
         const auto& before = merged.triangles[t];
         if (mesh::repeats_corner(corner) && !mesh::repeats_corner(before)) ++out.report.degenerate;

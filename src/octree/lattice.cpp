@@ -60,12 +60,18 @@ int deepest_lattice(const Box& box, int most) {
     return most;
 }
 
-Lattice make_lattice(const Box& box, int depth) {
+void require_size(const Box& box) {
     const Extent extent(box);
     if (!(extent.side >= min_size && extent.far <= max_size))
-        throw InputError(fmt::format(
-            "mesh: size {:.3g} and largest coordinate {:.3g} must lie in [{:g}, {:g}]; scale the mesh",
-            extent.side, extent.far, min_size, max_size));
+        throw InputError(
+            fmt::format("mesh: size {:.3g} and largest coordinate {:.3g} must lie in [{:g}, {:g}]; scale the "
+                        "mesh, by a power of two to lose no digit",
+                        extent.side, extent.far, min_size, max_size));
+}
+
+Lattice make_lattice(const Box& box, int depth) {
+    require_size(box);
+    const Extent extent(box);
     const int levels = std::max(depth, least_levels), bits = extent.scale_bits_at(depth);
     if (bits < min_scale_bits)
         throw InputError(

@@ -71,10 +71,14 @@ struct Lattice {
 /// Bounds of the triangles' vertices. Precondition: at least one triangle, indices in range.
 Box bounds(const mesh::Arrays& mesh);
 
+/// \throws InputError unless a lattice can have this size: [1e-75, 1e75], outside which exact predicates could
+/// overflow.
+void require_size(const Box& bounds);
+
 /// The lattice of a mesh at depth K. Its scale is at least the longest side of the mesh's bounds, and larger
 /// by less than 2⁻⁷ of it (2⁻²³ unless the mesh is far from the origin for its size).
-/// \throws InputError if the mesh is so far from the origin that lattice positions cannot be exact, or its size
-/// is not in [1e-75, 1e75], outside which exact predicates could overflow.
+/// \throws InputError as require_size(), or if the mesh is so far from the origin that lattice positions cannot
+/// be exact
 Lattice make_lattice(const Box& bounds, int depth);
 
 /// The same for an octree whose levels below `coarsest` may be left out: lattice points of all depths from

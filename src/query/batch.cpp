@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "geometry/far.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
 #include "its/query.h"
@@ -266,6 +267,9 @@ void value_block(const QueryIndex& index, const Vec3* points, int count, double*
     std::uint32_t list[block_points];
     map_values(index, points, count, block);
     grid_values(index.values.data(), index.width, int(index.side), count, block, out);
+    // Squares overflow there. NaN is no distance, and stays.
+    for (int i = 0; i < count; ++i)
+        if (block.away[i] >= geometry::far_cells) out[i] = field_value(index, points[i]);
     const int finer = finer_points(index.top.data(), count, block, list);
     for (int k = 0; k < finer; ++k) out[list[k]] = field_value(index, points[list[k]]);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/far.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
@@ -35,7 +36,9 @@ Located locate(const QueryIndex& index, const Vec3& point) {
 double field_value(const QueryIndex& index, const Vec3& point) {
     if (!finite(point)) return std::numeric_limits<double>::quiet_NaN();
     const Located at = locate(index, point);
-    return index.width * (geometry::trilinear(at.patch.value, at.local) + norm(at.u - at.in));
+    const double inner = geometry::trilinear(at.patch.value, at.local);
+    if (!geometry::far_beyond(at.u)) return index.width * (inner + norm(at.u - at.in));
+    return index.width * inner + geometry::norm_at_any_size(geometry::beyond(point, index.shell.info.root));
 }
 
 Vec3 field_gradient(const QueryIndex& index, const Vec3& point) {
@@ -45,11 +48,8 @@ Vec3 field_gradient(const QueryIndex& index, const Vec3& point) {
     Vec3 gradient;
     geometry::trilinear_with_gradient(at.patch.value, at.local, gradient);
     gradient = (1.0 / at.width) * gradient;
-    const Vec3 away = at.u - at.in;
-    const double distance = norm(away);
-    if (distance == 0) return gradient;
-    for (int axis = 0; axis < 3; ++axis)  // f(clamp(u)) does not change along an axis that is clamped
-        gradient[axis] = away[axis] == 0 ? gradient[axis] : away[axis] / distance;
+    geometry::set_beyond(
+        gradient, geometry::far_beyond(at.u) ? geometry::beyond(point, index.shell.info.root) : at.u - at.in);
     return gradient;
 }
 
@@ -64,14 +64,24 @@ void require_distances(const ShellInfo& info) {
             "than the distance; use closest points");
 }
 
+/// Of a point so far away that the root cube, whose side is less than 2⁻³⁸⁰ of the distance to it, changes no
+/// digit: that distance errs by 8u in computing, and by less than u where M is in the cube.
+static Interval far_bound(const Vec3& point, const Box& root) {
+    constexpr double most = std::numeric_limits<double>::max();
+    const double distance = geometry::norm_at_any_size(geometry::beyond(point, root));
+    return {std::min(distance, most) * (1 - 16 * unit_roundoff), distance * (1 + 16 * unit_roundoff)};
+}
+
 Interval distance_bound(const QueryIndex& index, const Vec3& point) {
     const Vec3 u = index.to_lattice(point);
+    if (geometry::far_beyond(u)) return far_bound(point, index.shell.info.root);
     Vec3 in;
     for (int axis = 0; axis < 3; ++axis) in[axis] = std::clamp(u[axis], 0.0, index.cells);
     const octree::Cell finest = clamped_cell(index, in);
     const int depth = index.shell.octree.depth;
     const Place at = descend(index.levels.data(), 0, depth, finest);
-    double lower = 0, upper = std::numeric_limits<double>::infinity();
+    // M is in the root cube.
+    double lower = norm(u - in), upper = std::numeric_limits<double>::infinity();
     // By corner c of child `child` of a group.
     const auto bound = [&](std::uint64_t group, unsigned child, int level, unsigned c) {
         const double width = double(std::uint64_t{1} << level);

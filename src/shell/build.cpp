@@ -422,6 +422,8 @@ ThinShell build(const MeshView& mesh, const BuildOptions& options, MeshReport* r
         const mesh::Native given(mesh);
         const std::optional<Welded> welded =
             options.weld > 0 ? std::optional(weld(given.arrays().view(), options.weld)) : std::nullopt;
+        mesh::require_usable(given);
+        octree::require_size(octree::bounds(given));
         Builder builder(welded ? mesh::Arrays(welded->mesh) : given.arrays(), options, given, progress);
         if (builder.adaptive()) {
             builder.refine();

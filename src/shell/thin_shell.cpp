@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "geometry/far.h"
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 #include "shell/access.h"
@@ -67,7 +68,10 @@ double ThinShell::value(const Vec3& point) const {
     const Vec3 u = data_->shell.lattice.to_lattice(point);
     const Vec3 in = clamped(u, data_->shell.lattice.cells());
     const field::TrilinearCell cell = field::locate(data_->shell.octree, data_->shell.field, in);
-    return data_->shell.lattice.width * (geometry::trilinear(cell.value, local(cell, in)) + norm(u - in));
+    const double inner = geometry::trilinear(cell.value, local(cell, in));
+    const double width = data_->shell.lattice.width;
+    if (!geometry::far_beyond(u)) return width * (inner + norm(u - in));
+    return width * inner + geometry::norm_at_any_size(geometry::beyond(point, data_->shell.info.root));
 }
 
 Vec3 ThinShell::gradient(const Vec3& point) const {
@@ -80,11 +84,8 @@ Vec3 ThinShell::gradient(const Vec3& point) const {
     geometry::trilinear_with_gradient(cell.value, local(cell, in), gradient);
     gradient = (1.0 / cell.width) * gradient;
     // Outside: f(clamp(u)) no longer changes along an axis that is clamped; the distance does.
-    const Vec3 away = u - in;
-    const double distance = norm(away);
-    if (distance == 0) return gradient;
-    for (int axis = 0; axis < 3; ++axis)
-        gradient[axis] = away[axis] == 0 ? gradient[axis] : away[axis] / distance;
+    geometry::set_beyond(gradient,
+                         geometry::far_beyond(u) ? geometry::beyond(point, data_->shell.info.root) : u - in);
     return gradient;
 }
 

@@ -334,11 +334,11 @@ std::uint32_t Complex::triangles_at_edge(std::uint32_t u, std::uint32_t v) const
     return count;
 }
 
-double Complex::round(const Rounding& rounding) {
+double Complex::round_to(const Numbers& numbers) {
     double moved = 0;
-    if (rounding.kind == Rounding::Kind::none) return moved;
+    if (numbers.rounding.kind == Rounding::Kind::none) return moved;
     for (Vec3& p : position_) {
-        const Vec3 rounded = rounding.nearest(p);
+        const Vec3 rounded = numbers.nearest(p);
         moved = std::max(moved, norm(rounded - p));
         p = rounded;
     }

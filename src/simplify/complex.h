@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "base/single.h"
 #include "mesh/arrays.h"
+#include "simplify/numbers.h"
 
 /// The mesh that edge collapses work on: triangles, and at each vertex the list of its corners, in flat arrays.
 namespace its::simplifier {
@@ -69,8 +69,8 @@ public:
     void merge(std::uint32_t u, std::uint32_t v, const Vec3& to, std::span<const std::uint32_t> triangles,
                std::uint32_t shared);
 
-    /// Rounds all coordinates. Returns by how much a point was moved at most.
-    double round(const Rounding& rounding);
+    /// Rounds all coordinates to such numbers. Returns by how much a point was moved at most.
+    double round_to(const Numbers& numbers);
 
     /// The fewest triangles that any mesh with these components and their topology has, by Euler's formula and
     /// the number of edges between that many vertices (Heawood); fixed and open parts count 1 each.

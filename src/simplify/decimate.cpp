@@ -22,8 +22,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-Decimator::Decimator(Complex& mesh, CollapseRule& rule, const Rounding& rounding)
-    : mesh_(mesh), rule_(rule), rounding_(rounding) {
+Decimator::Decimator(Complex& mesh, CollapseRule& rule, const Numbers& numbers)
+    : mesh_(mesh), rule_(rule), numbers_(numbers) {
     Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
     for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -126,7 +126,7 @@ double Decimator::place(std::uint32_t u, std::uint32_t v, Vec3& to) const {
     consider(p);
     consider(r);
     to = best == p ? mesh_.position(u) : best == r ? mesh_.position(v) : centre_ + scale_ * best;
-    to = rounding_.nearest(to);
+    to = numbers_.nearest(to);
     return cost;
 }
 

@@ -50,8 +50,8 @@ public:
 /// Collapses edges, cheapest first, and those of equal cost in the order of their vertices' numbers.
 class Decimator {
 public:
-    /// \param rounding  of new vertices
-    Decimator(Complex& mesh, CollapseRule& rule, const Rounding& rounding = {});
+    /// \param numbers  new vertices are rounded to such
+    Decimator(Complex& mesh, CollapseRule& rule, const Numbers& numbers = {});
 
     /// Collapses until `faces` or fewer are left or no collapse is allowed within the tolerance. May be called
     /// again with a larger tolerance. Returns whether `faces` was reached.
@@ -108,7 +108,7 @@ private:
 
     Complex& mesh_;
     CollapseRule& rule_;
-    Rounding rounding_;
+    Numbers numbers_;
     Vec3 centre_;
     double scale_ = 1;
     std::vector<Quadric> quadric_;

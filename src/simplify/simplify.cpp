@@ -14,6 +14,7 @@
 #include "its/stopwatch.h"
 #include "mesh/arrays.h"
 #include "mesh/require.h"
+#include "mesh/scaled.h"
 #include "shell/access.h"
 #include "simplify/hausdorff_bound.h"
 #include "simplify/rules.h"
@@ -40,7 +41,7 @@ void check_mesh(const mesh::Arrays& mesh) {
     if (mesh.triangles.size() >= no_index / 3)
         throw InputError(fmt::format("the mesh has {} triangles; at most {} can be simplified",
                                      mesh.triangles.size(), no_index / 3 - 1));
-    mesh::require_usable(mesh, mesh::largest_coordinate);
+    mesh::require_usable(mesh);
 }
 
 constexpr Named<SimplifyMethod> methods[] = {{SimplifyMethod::certified, "certified"},
@@ -98,12 +99,11 @@ struct Pilot {
     std::uint64_t collapses = 0;
 };
 
-Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOptions& options,
-                const Rounding& rounding) {
+Pilot run_pilot(const Complex& original, const Complex& start, const Numbers& numbers, std::uint64_t faces) {
     Pilot pilot{start};
     AnyCollapse rule;
-    Decimator decimator(pilot.complex, rule, rounding);
-    decimator.run(*options.faces, 0, [](std::uint64_t) {});
+    Decimator decimator(pilot.complex, rule, numbers);
+    decimator.run(faces, 0, [](std::uint64_t) {});
     pilot.collapses = decimator.collapses();
     const Mesh result = to_mesh(pilot.complex);
     const distance::ClosestPointTree tree(result.vertices, result.triangles);
@@ -115,9 +115,22 @@ Pilot run_pilot(const Complex& original, const Complex& start, const SimplifyOpt
     return pilot;
 }
 
+/// What is said of a shell of scaled coordinates, in the caller's units.
+ShellInfo in_units_of_caller(ShellInfo info, const geometry::Scaling& scaling) {
+    if (scaling.exponent == 0) return info;
+    info.scale = scaling.out(info.scale);
+    info.cell_width = scaling.out(info.cell_width);
+    info.root = scaling.out(info.root);
+    info.epsilon_inner = -scaling.out_upwards(-info.epsilon_inner);
+    info.epsilon_outer = scaling.out_upwards(info.epsilon_outer);
+    info.rounding = scaling.out_upwards(info.rounding);
+    info.input_hash = {};  // of the scaled mesh
+    return info;
+}
+
 /// The shell that the options ask for, if any.
-std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOptions& o, Parts& parts,
-                                    SimplifyReport& report) {
+std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOptions& o,
+                                    const geometry::Scaling& scaling, Parts& parts, SimplifyReport& report) {
     const bool wanted = o.method == SimplifyMethod::certified ? o.depth || (!o.tolerance && !o.faces)
                                                               : o.method != SimplifyMethod::qem;
     if (!wanted) return std::nullopt;
@@ -128,18 +141,19 @@ std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOpti
                              .max_memory = o.max_memory,
                              .run = {.threads = o.run.threads, .progress = parts.until(0.4)}},
                             &of_mesh);
-    report.parts = std::move(of_mesh.parts);
+    report.parts = inspector::in_units_of_caller(std::move(of_mesh.parts), scaling);
     if (o.tolerance && *o.tolerance < shell.info().thickness())
         throw OptionError(fmt::format(
             "tolerance {}: a shell of depth {} cannot reach it, being {:.6g} thick; use a greater depth, "
             "or none: the tolerance is proven without a shell",
-            *o.tolerance, shell.info().depth, shell.info().thickness()));
+            scaling.out(*o.tolerance), shell.info().depth, scaling.out(shell.info().thickness())));
     return shell;
 }
 
-/// What the phases of simplify() work on.
+/// What the phases of simplify() work on: all in scaled coordinates.
 struct Job {
     const SimplifyOptions& options;
+    Numbers numbers;
     Parts parts;
     Complex complex;
     std::optional<ThinShell> shell;
@@ -176,12 +190,12 @@ double diagonal(const Complex& complex) {
     return norm(box.max - box.min);
 }
 
-/// About the centre of the bounds, with room for as much around them, where they are far from the origin for
-/// their size.
-Rounding make_rounding(const Complex& complex, Coordinates coordinates) {
+/// In the caller's units. About the centre of the bounds, with room for as much around them, where they are far
+/// from the origin for their size.
+Rounding make_rounding(const Complex& complex, Coordinates coordinates, const geometry::Scaling& scaling) {
     constexpr double far = 8;  // in longest sides of the bounds
     if (coordinates == Coordinates::doubles) return {};
-    const Box box = bounds_of(complex);
+    const Box box = scaling.out(bounds_of(complex));
     double size = 0, largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
         size = std::max(size, box.max[axis] - box.min[axis]);
@@ -263,7 +277,8 @@ std::unique_ptr<CollapseRule> make_rule(const Job& job, bool keeps_tolerance) {
 
 /// The least tolerance that can be proven: some way above the rounding errors, and at least what the mesh was
 /// moved by; 0 if none is kept. \throws OptionError if it is more than what is asked for
-double least_tolerance(const SimplifyOptions& o, const CollapseRule& rule, double moved) {
+double least_tolerance(const SimplifyOptions& o, const CollapseRule& rule, double moved,
+                       const geometry::Scaling& scaling) {
     const auto* certified = dynamic_cast<const Certified*>(&rule);
     if (certified == nullptr || certified->deviation() == nullptr) return 0;
     const double least = std::max(2 * certified->deviation()->rounding(), moved);
@@ -271,7 +286,7 @@ double least_tolerance(const SimplifyOptions& o, const CollapseRule& rule, doubl
         throw OptionError(
             fmt::format("tolerance {}: below what the mesh's coordinates can resolve; the least that can "
                         "be proven is {:.3g}",
-                        *o.tolerance, least));
+                        scaling.out(*o.tolerance), scaling.out_upwards(least)));
     return least;
 }
 
@@ -301,15 +316,15 @@ void run(Job& job) {
     const std::unique_ptr<CollapseRule> rule = make_rule(job, keeps_tolerance);
     const bool by_pilot = keeps_tolerance && o.faces;
     const Complex original = by_pilot ? job.complex : Complex(Mesh{});
-    const Rounding rounding = make_rounding(job.complex, o.coordinates);
-    job.report.origin = rounding.origin;
-    const double moved = job.complex.round(rounding);
-    const double least = least_tolerance(o, *rule, moved);
-    Pilot pilot = by_pilot ? run_pilot(original, job.complex, o, rounding) : Pilot{};
+    job.numbers.rounding = make_rounding(job.complex, o.coordinates, job.numbers.scaling);
+    job.report.origin = job.numbers.rounding.origin;
+    const double moved = job.complex.round_to(job.numbers);
+    const double least = least_tolerance(o, *rule, moved, job.numbers.scaling);
+    Pilot pilot = by_pilot ? run_pilot(original, job.complex, job.numbers, *o.faces) : Pilot{};
 
     std::optional<WithoutIntersections> without;
     if (o.no_self_intersections) without.emplace(*rule, job.complex);
-    Decimator decimator(job.complex, without ? *without : *rule, rounding);
+    Decimator decimator(job.complex, without ? *without : *rule, job.numbers);
     Stage stage(job.parts.until(by_pilot ? 0.9 : 1), "simplify",
                 job.complex.living_triangles() - std::min(o.faces.value_or(0), job.complex.living_triangles()));
     const auto advance = [&](std::uint64_t gone) { stage.advance(gone); };
@@ -331,19 +346,44 @@ void run(Job& job) {
     report.seconds.simplify = watch.seconds();
 }
 
-Simplified simplified(const mesh::Arrays& mesh, const MeshAttributes& attributes,
-                      const SimplifyOptions& options, const Progress& progress) {
+/// The tolerance among scaled coordinates; one that is beyond all sizes there stays so.
+SimplifyOptions scaled_options(SimplifyOptions options, const geometry::Scaling& scaling) {
+    constexpr double beyond_all = 0x1p400;
+    if (options.tolerance && scaling.exponent != 0)
+        options.tolerance = std::min(scaling.in(*options.tolerance), beyond_all);
+    return options;
+}
+
+/// \throws InputError if the coordinates are to be 32-bit numbers and are beyond those or too small for them
+void check_precision(const mesh::Arrays& mesh, const SimplifyOptions& o) {
+    using Single = std::numeric_limits<float>;
+    if (o.coordinates == Coordinates::doubles) return;
+    const double largest = mesh::largest_coordinate(mesh);
+    if (largest > double{Single::max()} || (largest > 0 && largest < double{Single::min()}))
+        throw InputError(
+            fmt::format("coordinates of {:.3g} are {} all 32-bit numbers; take a format with doubles, "
+                        "or scale the mesh",
+                        largest, largest > 1 ? "beyond" : "below"));
+}
+
+Simplified simplified(const mesh::Arrays& given, const MeshAttributes& attributes,
+                      const SimplifyOptions& given_options, const Progress& progress) {
     const Stopwatch watch;
+    check_precision(given, given_options);
+    const mesh::Scaled scaled(given);
+    const geometry::Scaling& scaling = scaled.scaling();
+    const mesh::Arrays& mesh = scaled.arrays();
+    const SimplifyOptions options = scaled_options(given_options, scaling);
     const AttributeTransfer transfer(mesh, attributes);
-    Job job{options, Parts(progress), Complex(mesh, transfer.wedges()), {}, {}};
+    Job job{options, {{}, scaling}, Parts(progress), Complex(mesh, transfer.wedges()), {}, {}};
     job.report.seam_edges_before = job.complex.seam_edges();
     job.report.faces_before = job.complex.living_triangles();
     job.report.vertices_before = job.complex.vertices();
     check_faces(job);
     const Stopwatch shell_watch;
-    job.shell = make_shell(mesh, options, job.parts, job.report);
+    job.shell = make_shell(mesh, options, scaling, job.parts, job.report);
     if (job.shell) {
-        job.report.shell = job.shell->info();
+        job.report.shell = in_units_of_caller(job.shell->info(), scaling);
         job.report.seconds.shell = shell_watch.seconds();
     }
     run(job);
@@ -352,6 +392,9 @@ Simplified simplified(const mesh::Arrays& mesh, const MeshAttributes& attributes
     job.report.seam_edges_after = job.complex.seam_edges();
     Simplified result{to_mesh(job.complex), {}, job.report};
     if (!attributes.empty()) result.attributes = transfer.attributes_of(job.complex, result.mesh);
+    for (Vec3& v : result.mesh.vertices) v = scaling.out(v);
+    if (result.report.proven_bound)
+        result.report.proven_bound = scaling.out_upwards(*result.report.proven_bound);
     result.report.seconds.total = watch.seconds();
     return result;
 }

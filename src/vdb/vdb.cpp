@@ -6,6 +6,7 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/SignedFloodFill.h>
 #include <algorithm>
+#include <limits>
 #include <ostream>
 #include <streambuf>
 
@@ -39,6 +40,18 @@ private:
 
     OutputFile& file_;
 };
+
+/// OpenVDB 10 takes no scale whose cube is below 3e-15, and grids of f have 32-bit values.
+constexpr double least_width = 1.5e-5, most_value = std::numeric_limits<float>::max();
+
+/// \throws InputError
+void require_size(double width, double half_width) {
+    if (width >= least_width && width * half_width <= most_value) return;
+    throw InputError(
+        fmt::format("cells {:.3g} wide: a grid of OpenVDB can have them from {:g} on, and values up to "
+                    "{:.2g}; scale the mesh, or take another depth",
+                    width, least_width, most_value));
+}
 
 openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOptions& options,
                                   const Progress& progress) {
@@ -77,6 +90,7 @@ openvdb::FloatGrid::Ptr make_grid(const shell::ShellData& shell, const VdbOption
 void write_vdb(const ThinShell& shell, const std::filesystem::path& path, const VdbOptions& options) {
     if (!(options.half_width >= 1 && options.half_width <= 64))
         throw OptionError(fmt::format("half width {}: must be 1 to 64", options.half_width));
+    require_size(shell::Access::data(shell).lattice.width, options.half_width);
     run_call(options.run, "grid", [&](const Progress& progress) {
         openvdb::initialize();
         const openvdb::FloatGrid::Ptr grid = make_grid(shell::Access::data(shell), options, progress);

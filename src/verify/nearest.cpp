@@ -72,6 +72,24 @@ double box_distance2(const Box& box, const Vec3& p) {
     return sum;
 }
 
+Vec3 times_power(const Vec3& p, int e) {
+    return {std::ldexp(p.x, e), std::ldexp(p.y, e), std::ldexp(p.z, e)};
+}
+
+Mesh scaled(Mesh mesh, int e) {
+    for (Vec3& v : mesh.vertices) v = times_power(v, e);
+    return mesh;
+}
+
+/// 0 where products of six lengths are far from overflow and underflow.
+int exponent_for(const Mesh& mesh) {
+    double largest = 0;
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::abs(mesh.vertices[v][axis]));
+    return largest == 0 || (largest > 0x1p-100 && largest < 0x1p100) ? 0 : std::ilogb(largest);
+}
+
 }  // namespace
 
 // The normal of a needle is off by some 8 · 2⁻⁵³ · |ab||ac| / |n|, and so is all that is measured along it.
@@ -88,12 +106,16 @@ double distance_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, double 
     return foot_inside<double>(a, b, c, n) ? std::min(edges, std::abs(dot(n, a)) / std::sqrt(length2)) : edges;
 }
 
-Nearest::Nearest(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
+Nearest::Nearest(const Mesh& given)
+    : exponent_(exponent_for(given)),
+      scaled_(exponent_ != 0 ? scaled(given, -exponent_) : Mesh{}),
+      mesh_(exponent_ != 0 ? scaled_ : given),
+      order_(given.triangles.size()) {
     std::iota(order_.begin(), order_.end(), 0u);
     std::vector<Vec3> centre(order_.size());
     for (std::size_t t = 0; t < centre.size(); ++t) {
-        const auto& [i, j, k] = mesh.triangles[t];
-        centre[t] = mesh.vertices[i] + mesh.vertices[j] + mesh.vertices[k];
+        const auto& [i, j, k] = mesh_.triangles[t];
+        centre[t] = mesh_.vertices[i] + mesh_.vertices[j] + mesh_.vertices[k];
     }
     nodes_.reserve(order_.size());
     split(centre, 0, std::uint32_t(order_.size()));
@@ -127,6 +149,11 @@ void Nearest::split(std::vector<Vec3>& centre, std::uint32_t begin, std::uint32_
 }
 
 double Nearest::distance(const Vec3& p, double limit) const {
+    if (exponent_ == 0) return scaled_distance(p, limit);
+    return std::ldexp(scaled_distance(times_power(p, -exponent_), std::ldexp(limit, -exponent_)), exponent_);
+}
+
+double Nearest::scaled_distance(const Vec3& p, double limit) const {
     struct Open {
         std::uint32_t node;
         double distance2;

@@ -28,6 +28,25 @@ protected:
     std::filesystem::path folder;
 };
 
+/// OpenVDB refuses narrower cells by an error of its own; it would write infinite values without a word.
+TEST_F(Vdb, RefusesSizesThatGridsCannotHave) {
+    for (const double size : {1e-3, 1e-70, 1e50}) {
+        const ThinShell shell = build_at(zoo::box({0, 0, 0}, {size, size, size}), 7);
+        EXPECT_THROW(write_vdb(shell, folder / "f.vdb"), InputError) << size;
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(folder));
+    for (const double size : {2e-3, 1e30}) {
+        write_vdb(build_at(zoo::box({0, 0, 0}, {size, size, size}), 6), folder / "f.vdb");
+        openvdb::initialize();
+        openvdb::io::File file((folder / "f.vdb").string());
+        file.open();
+        const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("f"));
+        EXPECT_NEAR(
+            grid->indexToWorld(openvdb::Coord(1, 0, 0)).x() - grid->indexToWorld(openvdb::Coord(0, 0, 0)).x(),
+            size / 64, 1e-6 * size);
+    }
+}
+
 TEST_F(Vdb, OpenVdbReadsTheFunction) {
     const ThinShell shell = build_at(zoo::twisted_knot(60, 12), 5);
     write_vdb(shell, folder / "f.vdb");
