@@ -101,9 +101,10 @@ std::optional<ThinShell> stored_shell(const Options& options, const Mesh& mesh) 
     std::error_code error;
     if (options.force || !std::filesystem::is_regular_file(options.output, error)) return {};
     try {
-        const auto hash =
-            load(options.output, {.check = LoadCheck::quick, .run = options.common.run()}).info().input_hash;
-        if (hash != input_hash(mesh, options.build)) return {};
+        const ShellInfo info =
+            load(options.output, {.check = LoadCheck::quick, .run = options.common.run()}).info();
+        // Coarser than was asked for, perhaps for want of memory then.
+        if (info.coarse_cells > 0 || info.input_hash != input_hash(mesh, options.build)) return {};
         return load(options.output, {.run = options.common.run()});
     } catch (const Error&) {
         return {};  // not a shell, or damaged: it will be replaced

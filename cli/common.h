@@ -119,8 +119,11 @@ auto naming_file(const std::filesystem::path& file, F&& fn) {
         throw;
     } catch (const Error& error) {
         const std::string what = error.what();
-        if (what.find(file.string()) != std::string::npos) throw;
-        throw Error(file.string() + ": " + what);
+        // The library shows the end of long names.
+        constexpr std::size_t shown = 90;
+        const std::string name = file.string();
+        if (what.find(name.substr(name.size() - std::min(name.size(), shown))) != std::string::npos) throw;
+        throw Error(name + ": " + what);
     }
 }
 

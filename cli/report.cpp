@@ -9,11 +9,42 @@
 
 namespace its::cli {
 
-void print_message(std::string_view kind, std::string_view text) {
-    std::string line(text);
+namespace {
+
+constexpr std::string_view gap = "...";
+
+/// The first byte of a character of UTF-8, from `at` on.
+std::size_t character_from(std::string_view text, std::size_t at) {
+    while (at < text.size() && (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80) ++at;
+    return at;
+}
+
+/// Its beginning and end, where it has more bytes than `most`.
+std::string shortened(std::string_view text, std::size_t begin, std::size_t most) {
+    if (text.size() <= most) return std::string(text);
+    while (begin > 0 && character_from(text, begin) != begin) --begin;
+    const std::size_t end = character_from(text, text.size() - (most - begin - gap.size()));
+    return fmt::format("{}{}{}", text.substr(0, begin), gap, text.substr(end));
+}
+
+}  // namespace
+
+std::string message_line(std::string_view text) {
+    constexpr std::size_t longest_word = 100, longest_line = 280, beginning = 140;
+    std::string line;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find(' ', at), text.size());
+        line += shortened(text.substr(at, end - at), 0, longest_word);  // of a path the end says more
+        if (end < text.size()) line += ' ';
+        at = end + 1;
+    }
     std::replace_if(
         line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
-    fmt::print(stderr, "its: {}: {}\n", kind, line);
+    return shortened(line, beginning, longest_line);
+}
+
+void print_message(std::string_view kind, std::string_view text) {
+    fmt::print(stderr, "its: {}: {}\n", kind, message_line(text));
 }
 
 void print_json(const Json& json) {

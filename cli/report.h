@@ -15,6 +15,8 @@ namespace its::cli {
 
 using Json = nlohmann::ordered_json;
 
+/// The text without control characters, and in less than 300 bytes: of long words, which are paths, the end.
+std::string message_line(std::string_view text);
 /// "its: KIND: TEXT" on standard error, in one line whatever the text.
 void print_message(std::string_view kind, std::string_view text);
 

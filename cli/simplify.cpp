@@ -226,7 +226,7 @@ Action add_simplify(CLI::App& app) {
     app.add_option("--faces", simplify.faces, "Stop at this number of triangles")->type_name("N");
     app.add_option("--depth", simplify.depth,
                    fmt::format("Stay in the shell of this depth, 0 to {}; default: none with --tolerance or\n"
-                               "--faces, else as its build chooses it",
+                               "--faces, the greatest that reaches these by vertex, else as its build chooses",
                                max_depth))
         ->type_name("K");
     app.add_option("--gamma", simplify.gamma, "priority: weight of f² beside the quadric error; default 1")

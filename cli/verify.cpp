@@ -75,9 +75,6 @@ int run(const Options& options) {
     ProgressBar bar(options.common.quiet);
     VerifyOptions verify_options = options.verify;
     verify_options.run = options.common.run(bar);
-    CommonOptions of_build;
-    of_build.max_memory = options.verify.build_memory;
-    verify_options.build_memory = of_build.memory_beside(memory_of(file.mesh));
     const VerifyReport report =
         naming_file(options.mesh, [&] { return verify(shell, file.mesh, verify_options); });
     bar.clear();
@@ -108,13 +105,6 @@ Action add_verify(CLI::App& app) {
     app.add_flag(
         "--complete", options->verify.complete,
         "Compare all grid points, however many: then no change of a statement of the file goes unseen");
-    app.add_option_function<std::string>(
-           "--build-memory",
-           [options](const std::string& text) {
-               options->verify.build_memory = parse_size("--build-memory", text);
-           },
-           "The --max-memory that its build was given, if any and if it chose the depth")
-        ->type_name("SIZE");
     app.add_option("--seed", options->verify.seed, "Of the random points; default 20240")->type_name("N");
     options->common.declare(app, "its verify model.its model.stl --samples 10000000");
     return [options] { return run(*options); };

@@ -151,10 +151,11 @@ private:
 ThinShell build(const MeshView& mesh, const BuildOptions& options = {}, MeshReport* report = nullptr);
 
 /// A hash of all that the result of build() depends on: the mesh, the options as given (not how they
-/// are to run), and the version of this library. ShellInfo::input_hash has it, so that a stored shell can be
-/// recognised. 128 bits, not meant to withstand somebody who wants two inputs to agree.
-/// Meshes with the same numbers have the same hash, whatever the layout of their arrays.
-/// \throws InputError on indices that no Triangle can hold, and as MeshView says
+/// are to run), the depth, given or chosen, and the version of this library. ShellInfo::input_hash has it, so
+/// that a stored shell can be recognised. 128 bits, not meant to withstand somebody who wants two inputs to
+/// agree. Meshes with the same numbers have the same hash, whatever the layout of their arrays. \throws
+/// InputError on indices that no Triangle can hold, and as MeshView says; where the depth is to be chosen,
+///         besides, as build()
 std::array<std::uint64_t, 2> input_hash(const MeshView& mesh, const BuildOptions& options = {});
 
 /// Bytes that build() would take at its peak for this mesh and depth: an estimate from the mesh's area that

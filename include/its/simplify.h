@@ -43,7 +43,9 @@ struct SimplifyOptions {
     std::optional<std::uint64_t> faces = {};
     /// Mesh units, > 0; certified only.
     std::optional<double> tolerance = {};
-    std::optional<int> depth = {};      ///< of the shell, in [0, max_depth]; not for qem
+    /// Of the shell, in [0, max_depth]; not for qem. Empty: as build() chooses it; by `vertex` with `faces` the
+    /// greatest from there down at which the number is reached, if there is one, else 0.
+    std::optional<int> depth = {};
     std::optional<SignRule> sign = {};  ///< of the shell; empty: by the state of the mesh
     bool turn_parts = false;            ///< simplify what turn_parts() makes of the mesh
     double gamma = 1;  ///< γ ≥ 0 of priority. Errors and f are in units of the longest side of the bounds, and

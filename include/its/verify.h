@@ -20,9 +20,6 @@ struct VerifyOptions {
     /// All grid points, whatever their number: then no change of one element that makes a statement of a shell
     /// false goes unseen, within the tolerances of docs/design/verify.md.
     bool complete = false;
-    /// BuildOptions::max_memory of the shell: part of its ShellInfo::input_hash where the depth was left to
-    /// build().
-    std::uint64_t build_memory = 0;
     Run run = {};
 };
 

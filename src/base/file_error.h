@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/quote.h"
 #include "its/base.h"
 
 namespace its {
@@ -17,7 +18,7 @@ auto naming_file(const std::filesystem::path& path, const char* what, F&& call) 
     try {
         return std::forward<F>(call)();
     } catch (const std::system_error& error) {
-        throw FileError(fmt::format("{}: {}: {}", path.string(), what, error.code().message()));
+        throw FileError(fmt::format("{}: {}: {}", shown(path), what, error.code().message()));
     }
 }
 

@@ -11,6 +11,7 @@
 
 #include "base/file_error.h"
 #include "base/platform/file.h"
+#include "base/quote.h"
 #include "its/memory.h"
 
 namespace its {
@@ -21,7 +22,7 @@ namespace {
 class InputFile {
 public:
     explicit InputFile(const std::filesystem::path& path)
-        : name_(path.string()), handle_(naming_file(path, "cannot open", [&] { return open(path); })) {}
+        : name_(shown(path)), handle_(naming_file(path, "cannot open", [&] { return open(path); })) {}
 
     FileBytes map() const {
         const std::shared_ptr<const void> place = handle_.map();
@@ -55,7 +56,7 @@ private:
             return platform::InputHandle(path);
         } catch (const std::system_error& error) {
             if (error.code() != std::errc::not_supported) throw;
-            throw FileError(path.string() + ": is not a regular file");
+            throw FileError(shown(path) + ": is not a regular file");
         }
     }
 

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "base/file_error.h"
+#include "base/quote.h"
 
 namespace its {
 namespace {
@@ -41,7 +42,7 @@ OutputFile::OutputFile(const fs::path& path) : path_(resolve(path)) {
     std::error_code error;
     const fs::file_status status = fs::status(path_, error);
     if (fs::exists(status) && !fs::is_regular_file(status)) {
-        throw FileError(fmt::format("{}: {}; name a regular file to write", path.string(),
+        throw FileError(fmt::format("{}: {}; name a regular file to write", shown(path),
                                     fs::is_directory(status) ? "is a folder" : "is not a regular file"));
     }
     if (path_.filename().empty()) throw FileError("the name of the file to write is empty");
@@ -138,9 +139,9 @@ void OutputFile::commit_all(std::span<OutputFile* const> files) {
     } catch (const FileError& error) {
         std::string what = error.what();
         for (OutputFile* file : files) {
-            const std::string old = file->old_.string();
+            const std::string old = shown(file->old_);
             if (!file->restore_old())
-                what += fmt::format("; {} cannot be put back{}", file->path_.string(),
+                what += fmt::format("; {} cannot be put back{}", shown(file->path_),
                                     old.empty() ? "" : ": its old content is in " + old);
         }
         throw FileError(what);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 
+#include "base/quote.h"
 #include "formats/affine.h"
 #include "formats/colours.h"
 #include "formats/gltf_data.h"

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/quote.h"
 #include "formats/text.h"
 #include "its/base.h"
 

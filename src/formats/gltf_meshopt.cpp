@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "base/quote.h"
 #include "formats/gltf_data.h"
 #include "formats/text.h"
 #include "its/base.h"

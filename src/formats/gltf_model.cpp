@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/quote.h"
 #include "formats/text.h"
 #include "its/base.h"
 

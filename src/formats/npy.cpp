@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "base/quote.h"
 #include "formats/point_readers.h"
 #include "formats/text.h"
 

@@ -3,6 +3,7 @@
 #include <new>
 
 #include "base/input_file.h"
+#include "base/quote.h"
 #include "formats/readers.h"
 #include "formats/text.h"
 #include "its/mesh_file.h"
@@ -75,7 +76,7 @@ MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options
     const LoadSibling load = [&](const std::string& relative) {
         return read_bytes(path.parent_path() / relative);
     };
-    const std::string name = quotable_end(path.string(), longest_name);
+    const std::string name = shown(path);
     try {
         return parse_mesh(text_of(file), lower_extension(path), load, options);
     } catch (const InputError& error) {

@@ -3,6 +3,7 @@
 #include <new>
 
 #include "base/input_file.h"
+#include "base/quote.h"
 #include "formats/point_readers.h"
 #include "formats/readers.h"
 
@@ -20,7 +21,7 @@ Parse parser_of(const std::filesystem::path& path) {
     if (extension == ".xyz") return parse_xyz;
     if (extension == ".ply") return parse_ply_points;
     throw OptionError(
-        fmt::format("{}: points are read from and written to .npy, .csv, .xyz and .ply", path.string()));
+        fmt::format("{}: points are read from and written to .npy, .csv, .xyz and .ply", shown(path)));
 }
 
 }  // namespace
@@ -32,7 +33,7 @@ void check_points_extension(const std::filesystem::path& path) {
 std::vector<Vec3> read_points(const std::filesystem::path& path) {
     const Parse parse = parser_of(path);
     const FileBytes file = read_bytes(path);
-    const std::string name = quotable_end(path.string(), longest_name);
+    const std::string name = shown(path);
     try {
         return parse(text_of(file));
     } catch (const InputError& error) {

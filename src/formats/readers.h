@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "base/quote.h"
 #include "formats/text.h"
 #include "its/mesh.h"
 #include "its/mesh_file.h"
@@ -25,7 +26,7 @@ std::string lower_extension(const std::filesystem::path& path);
 
 /// The most characters of a warning or error of a reader, whatever the file puts into it; with the file's name,
 /// of which at most longest_name are shown, a line has less than 300.
-constexpr std::size_t longest_line = 180, longest_name = 100;
+constexpr std::size_t longest_line = 180;
 
 // All readers: \throws InputError if nothing usable is in there; the message does not name the file.
 

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/quote.h"
 #include "formats/text.h"
 #include "formats/xml.h"
 

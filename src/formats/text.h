@@ -119,12 +119,6 @@ private:
     const char* end_;
 };
 
-/// Text of a file as it may stand in a message: one line, without control characters, and no longer than
-/// `most`.
-std::string quotable(std::string_view text, std::size_t most = 80);
-/// Likewise, with the end kept: that of a path says more than its beginning.
-std::string quotable_end(std::string_view text, std::size_t most);
-
 /// Whether two words are the same but for the case of ASCII letters; `lower` is in lower case.
 inline bool same_word(std::string_view word, std::string_view lower) {
     return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),

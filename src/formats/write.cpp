@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/quote.h"
 #include "base/single.h"
 #include "formats/readers.h"
 #include "formats/writers.h"
@@ -73,11 +74,11 @@ std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes
                        extension == ".off" || extension == ".glb";
     if (!known)
         throw OptionError(fmt::format("cannot write '{}': the extension must be .obj, .stl, .ply, .off or .glb",
-                                      path.string()));
+                                      shown(path)));
     if (options.up != UpAxis::unknown && extension != ".glb")
         throw OptionError(fmt::format(
             "cannot write '{}' with an axis that is up: of the formats only .glb has a place for it",
-            path.string()));
+            shown(path)));
     check_writable(mesh, options.single || !keeps_doubles(path));
     check_attributes(mesh.view(), attributes);
     // OBJ has tables for all but colours, STL has nothing.

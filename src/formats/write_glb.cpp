@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/quote.h"
 #include "formats/colours.h"
 #include "formats/writers.h"
 #include "geometry/box.h"
@@ -140,7 +141,7 @@ std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOpt
         check_writable(named.mesh, true);
         if (named.mesh.triangles.empty())
             throw InputError(fmt::format(
-                "cannot write '{}': a GLB file has no place for a mesh without triangles", path.string()));
+                "cannot write '{}': a GLB file has no place for a mesh without triangles", shown(path)));
         buffer += bytes_of(named);
     }
     const Vec3 centre = options.origin ? *options.origin : glb_centre(bounds_of(meshes));
@@ -148,8 +149,8 @@ std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOpt
     text.resize((text.size() + 3) / 4 * 4, ' ');
     const std::uint64_t total = 12 + 8 + text.size() + 8 + buffer;
     if (meshes.empty() || total > std::numeric_limits<std::uint32_t>::max())
-        throw InputError(fmt::format("cannot write '{}': a GLB file holds 1 byte to 4 GB; write .ply instead",
-                                     path.string()));
+        throw InputError(
+            fmt::format("cannot write '{}': a GLB file holds 1 byte to 4 GB; write .ply instead", shown(path)));
 
     auto file = std::make_unique<NewFile>(path);
     *file << "glTF";

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/output_file.h"
+#include "base/quote.h"
 #include "its/picture.h"
 
 namespace its {
@@ -27,7 +28,7 @@ void write_png(const Image& image, const std::filesystem::path& path) {
     png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(header);
     std::vector<std::byte> encoded(bytes);
     if (!png_image_write_to_memory(&header, encoded.data(), &bytes, 0, image.rgb.data(), 0, nullptr)) {
-        throw FileError(fmt::format("{}: cannot encode the picture: {}", path.string(), header.message));
+        throw FileError(fmt::format("{}: cannot encode the picture: {}", shown(path), header.message));
     }
     OutputFile file(path);
     file.write(std::span(encoded).first(bytes));

@@ -25,6 +25,7 @@
 #include "shell/access.h"
 #include "shell/budget.h"
 #include "shell/extremes.h"
+#include "shell/input_hash.h"
 #include "shell/shell_data.h"
 #include "signs/signs.h"
 
@@ -290,7 +291,7 @@ public:
         shell_.info.deepest = options_.deepest.value_or(-1);
         shell_.info.coarse_cells = coarse_.size();
         shell_.info.coarse = bounds_of(coarse_);
-        shell_.info.input_hash = input_hash(given_.view(), options_);
+        shell_.info.input_hash = hash_of(given_, options_, depth_);
         seconds_.total = total_.seconds();
         return Access::make(std::move(shell_), seconds_);
     }

@@ -8,6 +8,7 @@
 #include "base/input_file.h"
 #include "base/names.h"
 #include "base/parallel.h"
+#include "base/quote.h"
 #include "its/inspect.h"
 #include "its/memory.h"
 #include "its/shell_file.h"
@@ -236,7 +237,7 @@ std::optional<LoadCheck> parse_load_check(std::string_view name) {
 ThinShell load(const std::filesystem::path& path, const LoadOptions& options) {
     return with_threads(options.run.threads, [&] {
         const FileBytes file = options.map ? map_bytes(path) : read_bytes(path);
-        return shell::Access::make(read_shell(file, path.string(), options.check));
+        return shell::Access::make(read_shell(file, shown(path), options.check));
     });
 }
 

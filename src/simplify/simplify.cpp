@@ -399,6 +399,35 @@ Simplified simplified(const mesh::Arrays& given, const MeshAttributes& attribute
     return result;
 }
 
+/// In the thinnest shell in which the number of faces is reached: the one that build() chooses holds no vertex
+/// that a large reduction needs, since its cells are as fine as the triangles of M. Each coarser one costs
+/// less.
+Simplified in_thinnest_shell(const mesh::Arrays& mesh, const MeshAttributes& attributes,
+                             SimplifyOptions options, const Progress& progress) {
+    const Stopwatch watch;
+    Parts parts(progress);
+    SimplifyReport::Seconds spent;
+    for (;;) {
+        Simplified result = simplified(mesh, attributes, options, parts.next(0.5));
+        SimplifyReport& report = result.report;
+        spent.shell += report.seconds.shell;
+        spent.simplify += report.seconds.simplify;
+        if (report.faces_after > *options.faces && report.shell->depth > 0) {
+            options.depth = report.shell->depth - 1;
+            continue;
+        }
+        report.seconds = {spent.shell, spent.simplify, watch.seconds()};
+        return result;
+    }
+}
+
+Simplified simplified_by(const mesh::Arrays& mesh, const MeshAttributes& attributes, const SimplifyOptions& o,
+                         const Progress& progress) {
+    return o.method == SimplifyMethod::vertex && o.faces && !o.depth
+               ? in_thinnest_shell(mesh, attributes, o, progress)
+               : simplified(mesh, attributes, o, progress);
+}
+
 }  // namespace
 
 std::string_view name(SimplifyMethod method) {
@@ -467,9 +496,9 @@ Simplified simplify(const MeshView& mesh, const MeshAttributes& attributes, cons
     check_attributes(mesh, attributes);
     const Stopwatch watch;
     return run_call(options.run, "simplify", [&](const Progress& progress) {
-        if (!options.turn_parts) return simplified(native, attributes, options, progress);
+        if (!options.turn_parts) return simplified_by(native, attributes, options, progress);
         const Turned turned = turn_parts_of(native, attributes);
-        Simplified result = simplified(turned.mesh, turned.attributes, options, progress);
+        Simplified result = simplified_by(turned.mesh, turned.attributes, options, progress);
         result.report.parts = turned.parts;
         result.report.seconds.total = watch.seconds();
         return result;

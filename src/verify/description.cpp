@@ -176,16 +176,15 @@ void check_numbers(const Job& job, VerifyReport& report) {
     report.checks.push_back(check);
 }
 
-/// What identifies mesh and options: docs/design/build.md. Options that are left to the builder count as such.
-std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_depth, bool chose_sign, bool turned_parts) {
+/// What identifies mesh and options: docs/design/build.md. A rule that is left to the builder counts as such.
+std::array<std::uint64_t, 2> hash_of(const Job& job, bool chose_sign, bool turned_parts) {
     const ShellInfo& info = job.view.data().info;
     constexpr std::uint64_t chosen = ~std::uint64_t{0};
-    const std::uint64_t numbers[] = {chose_depth || info.adaptive ? chosen : std::uint64_t(info.depth),
+    const std::uint64_t numbers[] = {info.thickness_asked > 0 ? chosen : std::uint64_t(info.depth),
                                      chose_sign ? chosen : std::uint64_t(info.sign),
                                      std::uint64_t(turned_parts),
                                      std::uint64_t(info.extrema),
                                      std::uint64_t(info.solver),
-                                     chose_depth || info.adaptive ? job.options.build_memory : 0,
                                      std::bit_cast<std::uint64_t>(info.weld),
                                      std::bit_cast<std::uint64_t>(info.thickness_asked),
                                      info.max_cells,
@@ -214,13 +213,12 @@ void check_hash(const Job& job, VerifyReport& report) {
     VerifyCheck check{"input hash", true, true, 1, 0, 0, "not known"};
     if (stored != std::array<std::uint64_t, 2>{}) {
         bool found = false;
-        for (int choice = 0; choice < 8 && !found; ++choice) {
-            found = hash_of(job, (choice & 1) != 0, (choice & 2) != 0, (choice & 4) != 0) == stored;
+        for (int choice = 0; choice < 4 && !found; ++choice) {
+            found = hash_of(job, (choice & 1) != 0, (choice & 2) != 0) == stored;
             if (found)
-                check.detail =
-                    fmt::format("that of this mesh, solver and bounds, the depth {} and the rule {}{}",
-                                choice & 1 ? "chosen" : "given", choice & 2 ? "chosen" : "given",
-                                choice & 4 ? ", parts turned around by nesting" : "");
+                check.detail = fmt::format("that of this mesh, depth, solver and bounds, the rule {}{}",
+                                           choice & 1 ? "chosen" : "given",
+                                           choice & 2 ? ", parts turned around by nesting" : "");
         }
         if (!found) {
             check.passed = !job.options.complete;
@@ -228,7 +226,7 @@ void check_hash(const Job& job, VerifyReport& report) {
             check.complete = job.options.complete;
             check.detail = fmt::format(
                 "not that of this mesh with the shell's depth, rule, bounds and solver in version {}; another "
-                "version may have made it, or a limit of memory that is not given here",
+                "version may have made it",
                 ITS_VERSION);
         }
     }

@@ -6,6 +6,7 @@
 
 #include <functional>
 
+#include "base/quote.h"
 #include "formats/point_readers.h"
 #include "formats/readers.h"
 #include "formats/samples.h"
@@ -434,12 +435,12 @@ TEST(Variants, LinesStayShort) {
 
 TEST(Variants, QuotedTextEndsBetweenCharacters) {
     const std::string text = "\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4";  // five of two bytes
-    EXPECT_EQ(formats::quotable(text, 10), text);
-    EXPECT_EQ(formats::quotable(text, 9), text.substr(0, 6) + "...");
-    EXPECT_EQ(formats::quotable(text, 8), text.substr(0, 4) + "...");
-    EXPECT_EQ(formats::quotable_end(text, 9), "..." + text.substr(4));
-    EXPECT_EQ(formats::quotable_end(text, 8), "..." + text.substr(6));
-    EXPECT_EQ(formats::quotable("a\tb\x7f", 8), "a b ");
+    EXPECT_EQ(quotable(text, 10), text);
+    EXPECT_EQ(quotable(text, 9), text.substr(0, 6) + "...");
+    EXPECT_EQ(quotable(text, 8), text.substr(0, 4) + "...");
+    EXPECT_EQ(quotable_end(text, 9), "..." + text.substr(4));
+    EXPECT_EQ(quotable_end(text, 8), "..." + text.substr(6));
+    EXPECT_EQ(quotable("a\tb\x7f", 8), "a b ");
 }
 
 }  // namespace

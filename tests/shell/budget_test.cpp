@@ -130,6 +130,28 @@ TEST(Budget, NeedlesSideBySideShareCells) {
     EXPECT_GE(shell::automatic_depth(needle_sheet(4000), 0), 7) << "400 needles pass through a cell of depth 6";
 }
 
+/// A shell is recognised by what it was built to, whoever chose that.
+TEST(Budget, TheHashIsThatOfTheDepthWhoeverChoseIt) {
+    const Mesh mesh = zoo::sphere({0, 0, 0}, 1, 6);
+    const int depth = shell::automatic_depth(mesh, 0);
+    ASSERT_GT(depth, 6);
+    const auto chosen = input_hash(mesh);
+    EXPECT_EQ(chosen, input_hash(mesh, {.depth = depth}));
+    EXPECT_NE(chosen, input_hash(mesh, {.depth = depth - 1}));
+    EXPECT_EQ(chosen, input_hash(mesh, {.max_memory = 1'000'000'000'000})) << "a limit that limits nothing";
+    std::uint64_t little = 100'000'000;
+    while (little > 1'000'000 && shell::automatic_depth(mesh, little) == depth) little -= little / 8;
+    const int less = shell::automatic_depth(mesh, little);
+    ASSERT_LT(less, depth);
+    EXPECT_EQ(input_hash(mesh, {.max_memory = little}), input_hash(mesh, {.depth = less}));
+    const Mesh knot = zoo::twisted_knot(40, 10);
+    EXPECT_EQ(build(knot, {.weld = 1e-3}).info().input_hash, input_hash(knot, {.weld = 1e-3}));
+    EXPECT_EQ(build(knot, {.weld = 1e-3}).info().input_hash,
+              build(knot, {.depth = 6, .weld = 1e-3}).info().input_hash);
+    EXPECT_THROW(input_hash(Mesh{}), InputError);
+    EXPECT_NO_THROW(input_hash(Mesh{}, {.depth = 4}));
+}
+
 TEST(Budget, AutomaticDepthIsAtLeastSix) {
     for (const auto& entry : zoo::all()) EXPECT_GE(shell::automatic_depth(entry.mesh, 0), 6) << entry.name;
     EXPECT_EQ(shell::automatic_depth(zoo::single_triangle(), 1), 6)

@@ -193,6 +193,15 @@ TEST(Simplify, FaceCountToleranceAndShellTogether) {
 TEST(Simplify, ThePapersWays) {
     const Mesh mesh = zoo::torus(1, 0.4, 60, 30);
     const ThinShell shell = build(mesh, {.depth = 5});
+    const Simplified few = simplify(mesh, {.method = SimplifyMethod::vertex, .faces = 100});
+    EXPECT_EQ(few.report.stop, SimplifyStop::faces_reached);
+    EXPECT_LE(few.report.faces_after, 100u);
+    ASSERT_GT(few.report.shell->depth, 0);
+    // In a shell of one level more they are not reached.
+    EXPECT_GT(
+        simplify(mesh, {.method = SimplifyMethod::vertex, .faces = 100, .depth = few.report.shell->depth + 1})
+            .report.faces_after,
+        100u);
     const Simplified vertex = simplify(mesh, {.method = SimplifyMethod::vertex, .depth = 5});
     EXPECT_EQ(vertex.report.stop, SimplifyStop::shell_reached);
     EXPECT_LT(vertex.report.faces_after, mesh.triangles.size() / 2);

@@ -1,6 +1,8 @@
-#include "formats/text.h"
+#include "base/quote.h"
 
-namespace its::formats {
+#include "its/export.h"
+
+namespace its {
 
 namespace {
 
@@ -17,18 +19,22 @@ bool goes_on(char c) {
 
 }  // namespace
 
-std::string quotable(std::string_view text, std::size_t most) {
+ITS_API std::string quotable(std::string_view text, std::size_t most) {
     if (text.size() <= most) return printable(text);
     std::size_t end = most - 3;
     while (end > 0 && goes_on(text[end])) --end;
     return printable(text.substr(0, end)) + "...";
 }
 
-std::string quotable_end(std::string_view text, std::size_t most) {
+ITS_API std::string quotable_end(std::string_view text, std::size_t most) {
     if (text.size() <= most) return printable(text);
     std::size_t begin = text.size() - (most - 3);
     while (begin < text.size() && goes_on(text[begin])) ++begin;
     return "..." + printable(text.substr(begin));
 }
 
-}  // namespace its::formats
+ITS_API std::string shown(const std::filesystem::path& path) {
+    return quotable_end(path.string(), longest_name);
+}
+
+}  // namespace its
