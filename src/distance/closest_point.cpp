@@ -67,7 +67,7 @@ public:
 
 private:
     Range range(std::uint32_t begin, std::uint32_t end) const {
-        Range r{begin, end, {}};
+        Range r{begin, end, geometry::empty_box};
         for (std::uint32_t i = begin; i < end; ++i) geometry::extend(r.box, box_[order_[i]]);
         return r;
     }
@@ -109,7 +109,7 @@ private:
             geometry::extend(sweep, box[b]);
             right[b] = cost(sweep, n += count[b]);
         }
-        sweep = {};
+        sweep = geometry::empty_box;
         n = 0;
         int best = 1;
         double least = std::numeric_limits<double>::infinity();

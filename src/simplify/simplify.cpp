@@ -124,6 +124,7 @@ ShellInfo in_units_of_caller(ShellInfo info, const geometry::Scaling& scaling) {
     info.epsilon_inner = -scaling.out_upwards(-info.epsilon_inner);
     info.epsilon_outer = scaling.out_upwards(info.epsilon_outer);
     info.rounding = scaling.out_upwards(info.rounding);
+    info.coarse = scaling.out(info.coarse);
     info.input_hash = {};  // of the scaled mesh
     return info;
 }
