@@ -50,6 +50,7 @@ std::vector<Vec3> points_around(const Mesh& mesh, int count) {
     std::mt19937_64 random(20240);
     std::uniform_real_distribution<double> uniform(-2, 2);
     std::vector<Vec3> points;
+    points.reserve(std::size_t(count));
     for (int i = 0; i < count; ++i) points.push_back({uniform(random), uniform(random), uniform(random)});
     for (std::size_t i = 0; i < mesh.vertices.size(); i += 7) points.push_back(mesh.vertices[i]);
     for (int i = 0; i < 8; ++i) points.push_back(std::ldexp(1.0, 10 * i) * points[std::size_t(i)]);

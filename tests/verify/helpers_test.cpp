@@ -80,6 +80,7 @@ std::vector<Vec3> points(int count, double reach) {
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> uniform(-reach, reach);
     std::vector<Vec3> out;
+    out.reserve(std::size_t(count));
     for (int i = 0; i < count; ++i) out.push_back({uniform(random), uniform(random), uniform(random)});
     return out;
 }
