@@ -193,8 +193,8 @@ private:
         octree::Cell low, high;
 
         bool has(const octree::Cell& at) const {
-            return (at[0] >= low[0]) & (at[0] <= high[0]) & (at[1] >= low[1]) & (at[1] <= high[1]) &
-                   (at[2] >= low[2]) & (at[2] <= high[2]);
+            return at[0] >= low[0] && at[0] <= high[0] && at[1] >= low[1] && at[1] <= high[1] &&
+                   at[2] >= low[2] && at[2] <= high[2];
         }
     };
 
