@@ -37,9 +37,9 @@ void at_corners(const double* v, const Vec3& from, const Vec3& to, std::array<do
             y[4 * z + i] = mix(x[4 * z + i], x[4 * z + 2 + i], from.y);
             y[4 * z + 2 + i] = mix(x[4 * z + i], x[4 * z + 2 + i], to.y);
         }
-    for (int i = 0; i < 4; ++i) {
-        out[std::size_t(i)] = mix(y[i], y[4 + i], from.z);
-        out[std::size_t(4 + i)] = mix(y[i], y[4 + i], to.z);
+    for (std::size_t i = 0; i < 4; ++i) {
+        out[i] = mix(y[i], y[4 + i], from.z);
+        out[4 + i] = mix(y[i], y[4 + i], to.z);
     }
 }
 

@@ -482,6 +482,7 @@ private:
     void add_missing(const Assembler& assembler, std::vector<std::uint64_t> fresh,
                      std::vector<LevelCell>& all) const {
         std::vector<std::uint64_t> known;
+        known.reserve(all.size());
         for (const LevelCell& cell : all) known.push_back(key_of(cell.at));
         while (!fresh.empty()) {
             parallel_sort(fresh);
