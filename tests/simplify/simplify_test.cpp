@@ -303,6 +303,22 @@ TEST(Simplify, SinglePrecisionIsProvenToo) {
     EXPECT_LE(sampled_distance(s.mesh, mesh, 3000), tolerance);
 }
 
+TEST(Simplify, NumbersAboutACentreAreProvenToo) {
+    const Mesh mesh = zoo::sphere({1e6, -1e6, 3e5}, 1, 3);  // where 32-bit numbers are 1/16 apart
+    const double tolerance = 0.02;
+    const Simplified s = simplify(mesh, {.tolerance = tolerance, .coordinates = Coordinates::single_offset});
+    EXPECT_LT(s.report.faces_after, mesh.triangles.size());
+    EXPECT_NE(s.report.origin, Vec3{});
+    for (const Vec3& v : s.mesh.vertices)
+        for (int axis = 0; axis < 3; ++axis) {
+            const double offset = v[axis] - s.report.origin[axis];
+            EXPECT_EQ(double(float(offset)), offset);
+            EXPECT_EQ(s.report.origin[axis] + offset, v[axis]);
+        }
+    EXPECT_LE(sampled_distance(mesh, s.mesh, 3000), tolerance);
+    EXPECT_LE(sampled_distance(s.mesh, mesh, 3000), tolerance);
+}
+
 TEST(Simplify, RefusesWhatCannotBe) {
     const Mesh mesh = zoo::sphere({0, 0, 0}, 1, 3);
     const auto refuses = [&](const SimplifyOptions& options, const char* text) {
