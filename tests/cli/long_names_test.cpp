@@ -72,7 +72,8 @@ TEST(LongNames, OfFilesThatCannotBeUsed) {
     fs::create_directories(folder, error);
     if (error) GTEST_SKIP() << error.message();
     const auto add = [&](const std::string& name, const std::string& text) {
-        const std::string path = folder + "/" + name, near = shop.add(name, text);
+        std::string path = folder + "/" + name;
+        const std::string near = shop.add(name, text);
         fs::copy_file(near, path);
         return path;
     };
