@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "its/mesh.h"
@@ -30,6 +32,11 @@ struct ReadOptions {
 /// range or non-finite corners are left out, with a warning.
 /// \throws FileError if the file cannot be read; InputError if it holds no usable triangle or is malformed.
 MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// The same of a file's bytes. \param extension  of its name, such as ".obj": what decides where the bytes do
+/// not; may be empty. \throws InputError as read_mesh(), and where a .gltf file needs others
+MeshFile decode_mesh(std::span<const std::byte> bytes, std::string_view extension = {},
+                     const ReadOptions& options = {});
 
 /// Whether files of this name keep every bit of coordinates: all but STL and GLB, which have 32-bit numbers.
 bool keeps_doubles(const std::filesystem::path& path);
@@ -60,6 +67,17 @@ void write_mesh(const MeshView& mesh, const std::filesystem::path& path, const W
 std::vector<std::string> write_mesh(const MeshView& mesh, const MeshAttributes& attributes,
                                     const std::filesystem::path& path, const WriteOptions& options = {});
 
+/// A mesh as the bytes of a file, with a line for each thing that the format cannot hold.
+struct EncodedMesh {
+    std::vector<std::byte> bytes;
+    std::vector<std::string> warnings;
+};
+
+/// What write_mesh() would write, in memory. \param extension  ".obj", ".stl", ".ply", ".off" or ".glb"
+/// \throws OptionError, InputError as write_mesh()
+EncodedMesh encode_mesh(const MeshView& mesh, std::string_view extension, const WriteOptions& options = {},
+                        const MeshAttributes& attributes = {});
+
 /// One of several files.
 struct MeshOutput {
     MeshView mesh;  ///< its arrays must exist until the file is written
@@ -84,5 +102,8 @@ Vec3 glb_origin(std::span<const MeshView> meshes);
 /// more than the format's 4 GB).
 void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
                const WriteOptions& options = {});
+
+/// The same in memory.
+std::vector<std::byte> encode_glb(std::span<const NamedMesh> meshes, const WriteOptions& options = {});
 
 }  // namespace its

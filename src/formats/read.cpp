@@ -71,19 +71,38 @@ MeshFile formats::parse_mesh(std::string_view bytes, const std::string& extensio
     throw InputError("unknown format; .obj, .stl, .ply, .off, .glb, .gltf and .3mf can be read");
 }
 
+namespace {
+
+/// parse_mesh(), with errors that begin with the name.
+MeshFile parse_named(std::string_view bytes, const std::string& extension, const std::string& name,
+                     const LoadSibling& load, const ReadOptions& options) {
+    try {
+        return parse_mesh(bytes, extension, load, options);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("cannot use {}: {}", name, quotable(error.what(), longest_line)));
+    } catch (const std::bad_alloc&) {
+        throw MemoryError(fmt::format("{} needs more than the memory to be read", name));
+    }
+}
+
+}  // namespace
+
 MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options) {
     const FileBytes file = read_bytes(path);
     const LoadSibling load = [&](const std::string& relative) {
         return read_bytes(path.parent_path() / relative);
     };
-    const std::string name = shown(path);
-    try {
-        return parse_mesh(text_of(file), lower_extension(path), load, options);
-    } catch (const InputError& error) {
-        throw InputError(fmt::format("cannot use '{}': {}", name, quotable(error.what(), longest_line)));
-    } catch (const std::bad_alloc&) {
-        throw MemoryError(fmt::format("'{}' needs more than the memory to be read", name));
-    }
+    return parse_named(text_of(file), lower_extension(path), fmt::format("'{}'", shown(path)), load, options);
+}
+
+MeshFile decode_mesh(std::span<const std::byte> bytes, std::string_view extension, const ReadOptions& options) {
+    const LoadSibling none = [](const std::string& relative) -> FileBytes {
+        throw InputError(
+            fmt::format("it needs the file '{}', which is not in memory; use .glb, which has all in one",
+                        quotable_end(relative, longest_name)));
+    };
+    const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+    return parse_named(text, lower_extension(fmt::format("mesh{}", extension)), "the mesh", none, options);
 }
 
 }  // namespace its

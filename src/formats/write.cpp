@@ -66,9 +66,9 @@ Mesh rounded_to_single(const mesh::Arrays& mesh) {
     return rounded;
 }
 
-/// A whole file, under its temporary name, of the mesh and its attributes where it has any.
-std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes& attributes,
-                                  const std::filesystem::path& path, const WriteOptions& options) {
+/// Before anything is written. \throws OptionError, InputError
+void check(const mesh::Arrays& mesh, const MeshAttributes& attributes, const std::filesystem::path& path,
+           const WriteOptions& options) {
     const std::string extension = lower_extension(path);
     const bool known = extension == ".obj" || extension == ".stl" || extension == ".ply" ||
                        extension == ".off" || extension == ".glb";
@@ -81,6 +81,12 @@ std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes
             shown(path)));
     check_writable(mesh, options.single || !keeps_doubles(path));
     check_attributes(mesh.view(), attributes);
+}
+
+/// The mesh, checked, and its attributes where it has any, in the format that the path's extension names.
+void write(const mesh::Arrays& mesh, const MeshAttributes& attributes, const std::filesystem::path& path,
+           const WriteOptions& options, Sink& file) {
+    const std::string extension = lower_extension(path);
     // OBJ has tables for all but colours, STL has nothing.
     const MeshAttributes of_vertices = extension == ".obj"   ? MeshAttributes{attributes.colours, {}, {}, false}
                                        : extension == ".stl" ? MeshAttributes{}
@@ -91,18 +97,39 @@ std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes
     const VertexAttributes values = split ? split->attributes : VertexAttributes{};
     if (extension == ".glb") {
         const GlbMesh whole{path.stem().string(), out, values};
-        return new_glb(std::span(&whole, 1), options, path);
+        return formats::write_glb(std::span(&whole, 1), options, path, file);
     }
-    auto file = std::make_unique<NewFile>(path);
-    if (extension == ".stl") write_stl(out, *file);
-    if (extension == ".ply") write_ply(out, values, options.single, *file);
+    if (extension == ".stl") write_stl(out, file);
+    if (extension == ".ply") write_ply(out, values, options.single, file);
     const bool text = extension == ".obj" || extension == ".off";
     const Mesh rounded = text && options.single ? rounded_to_single(out) : Mesh{};
     const mesh::Arrays written = text && options.single ? mesh::Arrays(rounded) : out;
-    if (extension == ".obj") write_obj(written, values.colours, attributes.texture, attributes.normals, *file);
-    if (extension == ".off") write_off(written, values, *file);
+    if (extension == ".obj") write_obj(written, values.colours, attributes.texture, attributes.normals, file);
+    if (extension == ".off") write_off(written, values, file);
+}
+
+/// A whole file, under its temporary name.
+std::unique_ptr<NewFile> new_file(const mesh::Arrays& mesh, const MeshAttributes& attributes,
+                                  const std::filesystem::path& path, const WriteOptions& options) {
+    check(mesh, attributes, path, options);
+    auto file = std::make_unique<NewFile>(path);
+    write(mesh, attributes, path, options, *file);
     return file;
 }
+
+/// Meshes of the caller, as writers know them, for as long as this lives.
+class GlbMeshes {
+public:
+    explicit GlbMeshes(std::span<const NamedMesh> meshes) {
+        for (const NamedMesh& named : meshes)
+            glb_.push_back({named.name, native_.emplace_back(named.mesh).arrays(), {}});
+    }
+    std::span<const GlbMesh> meshes() const { return glb_; }
+
+private:
+    std::deque<mesh::Native> native_;
+    std::vector<GlbMesh> glb_;
+};
 
 }  // namespace
 
@@ -152,11 +179,17 @@ Vec3 glb_origin(std::span<const MeshView> meshes) {
 
 void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
                const WriteOptions& options) {
-    std::deque<mesh::Native> native;
-    std::vector<GlbMesh> bare;
-    for (const NamedMesh& named : meshes)
-        bare.push_back({named.name, native.emplace_back(named.mesh).arrays(), {}});
-    new_glb(bare, options, path)->commit();
+    const GlbMeshes glb(meshes);
+    NewFile file(path);
+    formats::write_glb(glb.meshes(), options, path, file);
+    file.commit();
+}
+
+std::vector<std::byte> encode_glb(std::span<const NamedMesh> meshes, const WriteOptions& options) {
+    const GlbMeshes glb(meshes);
+    Memory memory;
+    formats::write_glb(glb.meshes(), options, "mesh.glb", memory);
+    return memory.take();
 }
 
 void write_mesh(const MeshView& mesh, const std::filesystem::path& path, const WriteOptions& options) {
@@ -167,6 +200,16 @@ std::vector<std::string> write_mesh(const MeshView& mesh, const MeshAttributes& 
                                     const std::filesystem::path& path, const WriteOptions& options) {
     new_file(mesh::Native(mesh), attributes, path, options)->commit();
     return losses(attributes, lower_extension(path));
+}
+
+EncodedMesh encode_mesh(const MeshView& mesh, std::string_view extension, const WriteOptions& options,
+                        const MeshAttributes& attributes) {
+    const std::filesystem::path path = fmt::format("mesh{}", extension);
+    const mesh::Native native(mesh);
+    check(native, attributes, path, options);
+    Memory memory;
+    write(native, attributes, path, options, memory);
+    return {memory.take(), losses(attributes, lower_extension(path))};
 }
 
 void write_meshes(std::span<const MeshOutput> outputs, const WriteOptions& options) {

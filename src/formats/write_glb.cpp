@@ -104,7 +104,7 @@ Json glb_json(std::span<const GlbMesh> meshes, const Vec3& centre, UpAxis up) {
 }
 
 /// In linear light, as glTF has it, except for alpha. 8 bits of sRGB need more than 8 bits there.
-void write_colour(const Colour& colour, bool bytes, NewFile& file) {
+void write_colour(const Colour& colour, bool bytes, Sink& file) {
     for (std::size_t k = 0; k < 4; ++k) {
         const double x = std::clamp(double{colour[k]}, 0.0, 1.0);
         const double linear = k < 3 ? linear_of_srgb(x) : x;
@@ -112,7 +112,7 @@ void write_colour(const Colour& colour, bool bytes, NewFile& file) {
     }
 }
 
-void write_glb_data(const GlbMesh& named, const Vec3& centre, NewFile& file) {
+void write_glb_data(const GlbMesh& named, const Vec3& centre, Sink& file) {
     for (const Vec3& v : named.mesh.vertices)
         for (int axis = 0; axis < 3; ++axis) file.raw(float(v[axis] - centre[axis]));
     for (const auto& [a, b, c] : named.mesh.triangles) file.raw(a).raw(b).raw(c);
@@ -134,8 +134,8 @@ Vec3 glb_centre(const Box& box) {
     return far > 4 * size ? 0.5 * box.min + 0.5 * box.max : Vec3{};
 }
 
-std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOptions& options,
-                                 const std::filesystem::path& path) {
+void write_glb(std::span<const GlbMesh> meshes, const WriteOptions& options, const std::filesystem::path& path,
+               Sink& file) {
     std::uint64_t buffer = 0;
     for (const GlbMesh& named : meshes) {
         check_writable(named.mesh, true);
@@ -152,13 +152,11 @@ std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOpt
         throw InputError(
             fmt::format("cannot write '{}': a GLB file holds 1 byte to 4 GB; write .ply instead", shown(path)));
 
-    auto file = std::make_unique<NewFile>(path);
-    *file << "glTF";
-    file->raw(std::uint32_t{2}).raw(std::uint32_t(total)).raw(std::uint32_t(text.size()));
-    *file << "JSON" << text;
-    file->raw(std::uint32_t(buffer)) << std::string_view("BIN\0", 4);
-    for (const GlbMesh& named : meshes) write_glb_data(named, centre, *file);
-    return file;
+    file << "glTF";
+    file.raw(std::uint32_t{2}).raw(std::uint32_t(total)).raw(std::uint32_t(text.size()));
+    file << "JSON" << text;
+    file.raw(std::uint32_t(buffer)) << std::string_view("BIN\0", 4);
+    for (const GlbMesh& named : meshes) write_glb_data(named, centre, file);
 }
 
 }  // namespace its::formats

@@ -4,7 +4,7 @@
 namespace its::formats {
 
 void write_obj(const mesh::Arrays& mesh, std::span<const Colour> colours,
-               const CornerValues<TexturePoint>& texture, const CornerValues<Vec3>& normals, NewFile& file) {
+               const CornerValues<TexturePoint>& texture, const CornerValues<Vec3>& normals, Sink& file) {
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         const Vec3& v = mesh.vertices[i];
         file << "v " << v.x << " " << v.y << " " << v.z;

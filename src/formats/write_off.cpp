@@ -3,7 +3,7 @@
 
 namespace its::formats {
 
-void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, NewFile& file) {
+void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, Sink& file) {
     const auto& [colours, texture, normals, bytes] = attributes;
     file << (texture.empty() ? "" : "ST") << (colours.empty() ? "" : "C") << (normals.empty() ? "" : "N")
          << "OFF\n"

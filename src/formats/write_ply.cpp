@@ -6,7 +6,7 @@
 
 namespace its::formats {
 
-void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, bool single, NewFile& file) {
+void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, bool single, Sink& file) {
     const auto& [colours, texture, normals, bytes] = attributes;
     // Signed indices are what most programs expect; they do for all but the largest meshes.
     const bool small = mesh.vertices.size() <= std::size_t{std::numeric_limits<std::int32_t>::max()};

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "formats/new_file.h"
 #include "formats/point_readers.h"
 #include "formats/readers.h"
+#include "formats/sink.h"
 
 namespace its {
 using namespace formats;

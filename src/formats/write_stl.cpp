@@ -6,7 +6,7 @@
 
 namespace its::formats {
 
-void write_stl(const mesh::Arrays& mesh, NewFile& file) {
+void write_stl(const mesh::Arrays& mesh, Sink& file) {
     if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max()) {
         throw InputError("an STL file holds at most 4294967295 triangles; write .ply instead");
     }

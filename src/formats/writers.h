@@ -4,13 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "formats/new_file.h"
+#include "formats/sink.h"
 #include "its/mesh_file.h"
 #include "mesh/arrays.h"
 
@@ -34,12 +33,12 @@ inline std::uint8_t byte_of(float x) {
 
 /// Texture coordinates and normals have tables of their own; a colour belongs to its vertex.
 void write_obj(const mesh::Arrays& mesh, std::span<const Colour> colours,
-               const CornerValues<TexturePoint>& texture, const CornerValues<Vec3>& normals, NewFile& file);
-void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, NewFile& file);
+               const CornerValues<TexturePoint>& texture, const CornerValues<Vec3>& normals, Sink& file);
+void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, Sink& file);
 /// \param single  coordinates, normals and texture coordinates have 32 bits
-void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, bool single, NewFile& file);
+void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, bool single, Sink& file);
 /// Coordinates are rounded to 32 bits: the format has no others. \throws InputError (too many triangles)
-void write_stl(const mesh::Arrays& mesh, NewFile& file);
+void write_stl(const mesh::Arrays& mesh, Sink& file);
 
 /// A mesh of a GLB file.
 struct GlbMesh {
@@ -49,8 +48,8 @@ struct GlbMesh {
 };
 /// Coordinates are rounded to 32 bits, about options.origin: if empty, a centre of their own where the meshes
 /// are far away. \throws InputError (no triangles, or more than the format's 4 GB)
-std::unique_ptr<NewFile> new_glb(std::span<const GlbMesh> meshes, const WriteOptions& options,
-                                 const std::filesystem::path& path);
+void write_glb(std::span<const GlbMesh> meshes, const WriteOptions& options, const std::filesystem::path& path,
+               Sink& file);
 /// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away
 /// that 32 bits would lose more than two of them.
 Vec3 glb_centre(const Box& box);

@@ -54,6 +54,53 @@ TEST(Files, RoundTripsKeepEveryBitButInStl) {
     }
 }
 
+std::string text_of(const std::vector<std::byte>& bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+TEST(Files, InMemoryTheyHaveTheSameBytes) {
+    const samples::TemporaryFolder folder;
+    for (const zoo::Entry& entry : zoo::all())
+        for (const std::string extension : {".obj", ".ply", ".off", ".stl", ".glb", ".PLY"}) {
+            const auto path = folder / ("mesh" + extension);
+            write_mesh(entry.mesh, path);
+            const EncodedMesh encoded = encode_mesh(entry.mesh, extension);
+            EXPECT_EQ(text_of(encoded.bytes), samples::read_file(path)) << entry.name << extension;
+            EXPECT_THAT(encoded.warnings, IsEmpty());
+            const MeshFile from_file = read_mesh(path), from_memory = decode_mesh(encoded.bytes, extension);
+            EXPECT_EQ(from_memory.mesh.vertices, from_file.mesh.vertices) << entry.name << extension;
+            EXPECT_EQ(from_memory.mesh.triangles, from_file.mesh.triangles) << entry.name << extension;
+            EXPECT_EQ(from_memory.format, from_file.format);
+            EXPECT_EQ(decode_mesh(encoded.bytes).mesh.triangles, from_file.mesh.triangles)
+                << "by content alone";
+        }
+    const Mesh ball = zoo::sphere({1, 2, 3}, 2, 2), box = zoo::tetrahedron();
+    const NamedMesh two[] = {{"ball", ball}, {"box", box}};
+    write_glb(two, folder / "two.glb");
+    EXPECT_EQ(text_of(encode_glb(two)), samples::read_file(folder / "two.glb"));
+}
+
+TEST(Files, InMemoryTheyAreRefusedAsOnDisk) {
+    Mesh broken = zoo::tetrahedron();
+    broken.triangles[0][0] = 99;
+    EXPECT_THROW(encode_mesh(broken, ".obj"), InputError);
+    EXPECT_THROW(encode_mesh(zoo::tetrahedron(), ".xyz"), OptionError);
+    EXPECT_THROW(encode_mesh(zoo::tetrahedron(), ".stl", {.up = UpAxis::z}), OptionError);
+    EXPECT_THROW(decode_mesh({}), InputError);
+    const std::string gltf = R"({"asset":{"version":"2.0"},"buffers":[{"uri":"a.bin","byteLength":36}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],
+        "scenes":[{"nodes":[0]}]})";
+    try {
+        decode_mesh(std::as_bytes(std::span(gltf)), ".gltf");
+        FAIL() << "a.bin is not there";
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("a.bin"));
+        EXPECT_THAT(error.what(), HasSubstr(".glb"));
+    }
+}
+
 TEST(Files, WritingReplacesOnlyWithACompleteFile) {
     const samples::TemporaryFolder folder;
     const auto path = folder / "m.obj";
