@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 packages that are missing; does nothing when all are there.
-#   scripts/install.sh [build|test|bench]...      default: build
+#   scripts/install.sh [build|test|bench|cross]...      default: build; cross: for scripts/cross.sh
 # Exit 0: all there now. Exit 2: something is missing and could not be installed.
 set -euo pipefail
 
@@ -10,6 +10,7 @@ build=(g++ cmake ninja-build ccache libeigen3-dev libtbb-dev libfmt-dev libpng-d
 test=(libgtest-dev libgmock-dev libcgal-dev libassimp-dev libgmp-dev libmpfr-dev libopenvdb-dev libboost-iostreams-dev
       libimath-dev dpkg-dev chromium clang clang-format clang-tidy libclang-rt-14-dev valgrind)
 bench=(libbenchmark-dev libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libimath-dev)
+cross=(g++-aarch64-linux-gnu qemu-user)
 command -v npm >/dev/null || build+=(nodejs npm)  # for the page of its view; another npm serves as well
 
 fail() {
@@ -23,7 +24,8 @@ for group in "${@:-build}"; do
         build) ;;
         test) wanted+=("${test[@]}") ;;
         bench) wanted+=("${bench[@]}") ;;
-        *) fail "unknown group '$group'; choose among build, test and bench" ;;
+        cross) wanted+=("${cross[@]}") ;;
+        *) fail "unknown group '$group'; choose among build, test, bench and cross" ;;
     esac
 done
 

@@ -127,7 +127,7 @@ inline constexpr int opposite(int direction) {
 
 /// A point of a group, as others around have it.
 struct Sharing {
-    std::int8_t direction, point;
+    std::uint8_t direction, point;
 };
 struct Sharings {
     std::array<Sharing, 7> with{};
@@ -142,7 +142,7 @@ inline constexpr std::array<Sharings, octree::group_points> sharings = [] {
             const int theirs = octree::point_of_neighbour(p, n);
             if (n == octree::itself || theirs < 0) continue;
             Sharings& s = table[std::size_t(p)];
-            s.with[std::size_t(s.count++)] = {std::int8_t(n), std::int8_t(theirs)};
+            s.with[std::size_t(s.count++)] = {std::uint8_t(n), std::uint8_t(theirs)};
         }
     return table;
 }();

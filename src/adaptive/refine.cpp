@@ -409,7 +409,8 @@ private:
     }
     static Vec3 point_in(const Cube& parent, int p) {
         const double half = 0.5 * parent.width;
-        return parent.corner + Vec3{half * (p % 3), half * (p / 3 % 3), half * (p / 9)};
+        const int x = p % 3, y = p / 3 % 3, z = p / 9;
+        return parent.corner + Vec3{half * x, half * y, half * z};
     }
     /// Of a lattice point; no_key on the root's boundary, where no point hangs.
     std::uint64_t key_of(const Group& group, int p) const {

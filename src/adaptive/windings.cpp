@@ -59,7 +59,7 @@ std::array<std::int32_t, octree::group_points> windings_in_cell(
     for (int z = 0; z < 3; ++z) {
         std::int32_t along_y = along_z;
         for (int y = 0; y < 3; ++y) {
-            const std::size_t row = std::size_t(3 * (y + 3 * z));
+            const std::size_t row = 3 * (std::size_t(y) + 3 * std::size_t(z));
             winding[row] = along_y;
             winding[row + 1] = winding[row] + gains.x[y + 3 * z][0];
             winding[row + 2] = winding[row + 1] + gains.x[y + 3 * z][1];
