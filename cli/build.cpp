@@ -156,7 +156,7 @@ int run(Options options) {
     else if (!options.common.quiet)
         print_report(options, built);
     if (built.shell.info().coarse_cells == 0) return done;
-    fmt::print(stderr, "warning: {}: {}\n", options.mesh, coarse_text(built.shell.info()));
+    print_message("warning", fmt::format("{}: {}", options.mesh, coarse_text(built.shell.info())));
     return check_failed;
 }
 
@@ -172,16 +172,23 @@ Action add_build(CLI::App& app) {
                        "auto (default): about four triangles in a cell, within the memory, at least 6",
                        max_depth))
         ->type_name("K|auto");
-    options->thickness.declare(app, "--thickness",
-                               "Cells as large as a shell of this thickness allows, instead of a depth; mesh\n"
-                               "units, or with % of the longest side");
-    app.add_option("--max-cells", options->build.max_cells, "Cells of all levels, at most, with --thickness")
-        ->type_name("N");
-    app.add_option("--max-depth", options->build.deepest,
-                   fmt::format("Cells are at least the longest side / 2^K wide, with --thickness; K up to {}",
-                               max_adaptive_depth))
-        ->type_name("K");
-    app.add_flag("--strict", options->strict, "Write nothing where the thickness asked for is not reached");
+    CLI::Option* const thickness = options->thickness.declare(
+        app, "--thickness",
+        "Cells as large as a shell of this thickness allows, instead of a depth; mesh\n"
+        "units, or with % of the longest side",
+        true);
+    app.add_option("--max-cells", options->build.max_cells,
+                   "Cells of all levels, at most, with --thickness;\nthe coarsest shell of all may have more")
+        ->type_name("N")
+        ->needs(thickness);
+    app.add_option(
+           "--max-depth", options->build.deepest,
+           fmt::format("Cells are at least the longest side / 2^K wide, with --thickness; K from {} to {}",
+                       least_adaptive_depth, max_adaptive_depth))
+        ->type_name("K")
+        ->needs(thickness);
+    app.add_flag("--strict", options->strict, "Write nothing where the thickness asked for is not reached")
+        ->needs(thickness);
     Choices<std::optional<SignRule>> rules = {{"auto", std::nullopt}};
     for (const auto& rule :
          choices_of({SignRule::winding, SignRule::generalized, SignRule::even_odd, SignRule::unsigned_rule}))

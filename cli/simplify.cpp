@@ -189,9 +189,8 @@ int run(const Options& options) {
 
     const Stopwatch writing;
     const MeshView written = result.mesh;
-    WriteOptions how = options.up.writing(options.output, std::span(&written, 1));
+    WriteOptions how = options.up.writing(options.output, result.report.origin);
     how.single = options.single;
-    how.origin = result.report.origin;
     const std::vector<std::string> lost = write_mesh(written, result.attributes, options.output, how);
     const double write = writing.seconds();
     if (options.simplify.faces && result.report.faces_after > *options.simplify.faces)

@@ -61,7 +61,6 @@ void write_surfaces(const Options& options, std::span<Written> surfaces) {
     const bool together = lower_extension(output) == ".glb" && surfaces.size() > 1;
     std::vector<MeshOutput> files;
     std::vector<NamedMesh> nodes;
-    std::vector<MeshView> meshes;
     Vec3 origin;
     for (Written& written : surfaces) {
         const SurfaceReport& report = written.surface.report;
@@ -70,13 +69,11 @@ void write_surfaces(const Options& options, std::span<Written> surfaces) {
         files.push_back({written.surface.mesh, path});
         origin = report.origin;  // the same for all sides of a shell
         nodes.push_back({std::string(name(report.side)), written.surface.mesh});
-        meshes.emplace_back(written.surface.mesh);
         written.file = path.string();
     }
     if (files.empty()) return;
-    WriteOptions how = options.up.writing(output, meshes);
+    WriteOptions how = options.up.writing(output, origin);
     how.single = options.single;
-    how.origin = origin;
     if (together)
         write_glb(nodes, output, how);
     else

@@ -30,13 +30,13 @@ void UpOption::check(const std::filesystem::path& output) const {
                         output.string()));
 }
 
-WriteOptions UpOption::writing(const std::filesystem::path& output, std::span<const MeshView> meshes) const {
-    if (is_glb(output) && glb_origin(meshes) != Vec3{})
+WriteOptions UpOption::writing(const std::filesystem::path& output, const Vec3& origin) const {
+    if (is_glb(output) && origin != Vec3{})
         print_message("warning", fmt::format("{}: far from the origin for its size, its place is its nodes' "
                                              "translation, which many programs add with 32 bits, and merge "
                                              "vertices; .ply and .obj keep every digit",
                                              output.string()));
-    return {.up = up_};
+    return {.origin = origin, .up = up_};
 }
 
 }  // namespace its::cli

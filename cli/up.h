@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
 
 #include "common.h"
 #include "its/mesh_file.h"
@@ -14,8 +13,9 @@ public:
     void declare(CLI::App& app);
     /// Refuses an output that has no place for it, before any long work. \throws OptionError
     void check(const std::filesystem::path& output) const;
-    /// How these meshes are written there. Warns of a GLB file that others may read less exactly.
-    WriteOptions writing(const std::filesystem::path& output, std::span<const MeshView> meshes) const;
+    /// How a mesh is written there whose coordinates are 32-bit numbers about this origin, if .glb has them.
+    /// Warns of a file that others may read less exactly.
+    WriteOptions writing(const std::filesystem::path& output, const Vec3& origin) const;
 
 private:
     UpAxis up_ = UpAxis::unknown;

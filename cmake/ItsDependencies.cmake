@@ -1,6 +1,8 @@
 # What the libraries and programs are made of. The core's are required; a part whose own are not there is left out.
 # Within another project that project's targets link these as well, so they have to be seen there.
-set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ${PROJECT_IS_NOT_TOP_LEVEL})
+if(NOT PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
+endif()
 
 # its::its. Boost.Multiprecision (headers) is the predicates' fallback for coordinates outside the range of expansions.
 find_package(TBB REQUIRED)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the core for AArch64, runs its tests under an emulator, and compares shells with those of this machine's program,
+# Builds the core for AArch64, runs tests of it (those of `tests`, below) under an emulator, and compares shells with those of this machine's program,
 # byte by byte. Libraries come from Debian's packages for arm64, unpacked into a folder of the build, not installed.
 #   scripts/cross.sh [BUILD]      default: build-aarch64; ITS_PROGRAM: this machine's program (default: build/its)
 # Exit 0 when all passed or when the packages cannot be had, which one line says; 1 otherwise.
@@ -122,5 +122,8 @@ if [[ -x $program ]]; then
     for mesh in tests/data/*.{obj,off,stl,ply}; do
         if "$program" check "$mesh" --quiet >/dev/null 2>&1; then same "$mesh" --depth 5; fi
     done
+else
+    echo "cross.sh: no $program to compare with; build it first"
+    failed=1
 fi
 exit $failed

@@ -5,10 +5,10 @@
 set -euo pipefail
 
 build=(g++ cmake ninja-build ccache libeigen3-dev libtbb-dev libfmt-dev libpng-dev libxxhash-dev
-       libcli11-dev nlohmann-json3-dev zlib1g-dev libdraco-dev libmeshoptimizer-dev libboost-dev pkgconf libfreetype-dev
+       libcli11-dev nlohmann-json3-dev zlib1g-dev libdraco-dev libmeshoptimizer-dev libboost-dev pkgconf dpkg-dev libfreetype-dev
        fonts-roboto-unhinted libembree-dev)
 test=(libgtest-dev libgmock-dev libcgal-dev libassimp-dev libgmp-dev libmpfr-dev libopenvdb-dev libboost-iostreams-dev
-      libimath-dev dpkg-dev chromium clang clang-format clang-tidy libclang-rt-14-dev valgrind)
+      libimath-dev chromium clang clang-format clang-tidy libclang-rt-14-dev valgrind)
 bench=(libbenchmark-dev libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libimath-dev)
 cross=(g++-aarch64-linux-gnu qemu-user)
 command -v npm >/dev/null || build+=(nodejs npm)  # for the page of its view; another npm serves as well

@@ -94,16 +94,12 @@ struct NamedMesh {
     MeshView mesh;     ///< its arrays must exist until the file is written
 };
 
-/// The translation that nodes of a GLB file of these meshes get where WriteOptions::origin is empty. Where it
-/// is not zero, programs that have 32-bit coordinates alone lose digits by adding it.
-Vec3 glb_origin(std::span<const MeshView> meshes);
-
-/// Writes meshes as nodes of one .glb file, in the same way. \throws FileError; InputError (no triangles, or
-/// more than the format's 4 GB).
+/// Writes meshes as nodes of one .glb file, in the same way. \throws FileError; InputError (no triangles, more
+/// than the format's 4 GB, coordinates that are no 32-bit numbers, indices out of range).
 void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
                const WriteOptions& options = {});
 
-/// The same in memory.
+/// The same in memory. \throws InputError as write_glb()
 std::vector<std::byte> encode_glb(std::span<const NamedMesh> meshes, const WriteOptions& options = {});
 
 }  // namespace its

@@ -36,8 +36,9 @@ std::string_view name(Solver solver);
 /// The solver of that name; empty: there is none.
 std::optional<Solver> parse_solver(std::string_view name);
 
-inline constexpr int max_depth = 16;           ///< the largest depth K of a shell with cells of one size
-inline constexpr int max_adaptive_depth = 20;  ///< the same of one that was built to a thickness
+inline constexpr int max_depth = 16;  ///< the largest depth K of a shell with cells of one size
+inline constexpr int least_adaptive_depth = 3,
+                     max_adaptive_depth = 20;  ///< the same of one that was built to a thickness
 
 struct BuildOptions {
     /// K, in [0, max_depth]; the finest cell is s·2⁻ᴷ wide. Empty: chosen so that a surface cell holds
@@ -48,8 +49,11 @@ struct BuildOptions {
     /// cells or memory do not suffice, the shell is as thin as they allow, see ShellInfo::coarse_cells. Not
     /// with `depth`, nor with Extrema::candidates or Solver::lscg.
     double thickness = 0;
-    std::uint64_t max_cells = 0;  ///< of all levels, of a shell that is built to a thickness; 0: any number
-    /// Of a shell that is built to a thickness: cells are at least s·2⁻ᴷ wide. Empty: max_adaptive_depth.
+    /// Of all levels, of a shell that is built to a thickness; the coarsest one, whose surface cells are of
+    /// depth least_adaptive_depth, may have more. 0: any number.
+    std::uint64_t max_cells = 0;
+    /// Of a shell that is built to a thickness: cells are at least s·2⁻ᴷ wide, K from least_adaptive_depth to
+    /// max_adaptive_depth. Empty: max_adaptive_depth.
     std::optional<int> deepest = {};
     std::optional<SignRule> sign = {};  ///< empty: by the state of the mesh, see MeshReport::sign
     /// Mesh units, 0: none. Corners of triangles that are nearer than this become one first, see weld(): the

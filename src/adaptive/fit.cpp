@@ -23,9 +23,7 @@ ITS_INLINE double larger(double a, double b) {
 
 Fit::Fit(const octree::Lattice& lattice, std::span<const Vec3> positions, std::span<const Triangle> triangles)
     : positions_(positions), triangles_(triangles) {
-    margin_ =
-        lattice.dilation() + (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) *
-                                 unit_roundoff * lattice.cells();
+    margin_ = lattice.dilation() + geometry::clipping_error(lattice.cells());
 }
 
 bool Fit::within(const Cube& cell, const double (&value)[8], std::span<const std::uint32_t> list, double lower,

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/progress.h"
 #include "octree/voxelise.h"
@@ -13,19 +14,18 @@ namespace its::adaptive {
 
 namespace {
 
-// As in signs/generalized.cpp: estimates decide where they are this far from ½ beyond their error, all else is
-// left to the sum over the boundary.
-constexpr double decision_gap = 0x1p-20;
+using signs::decision_gap;
+// Each is tried where the one before does not decide; what none does is left to the sum over the boundary.
 constexpr double tolerances[] = {0x1p-11, 0x1p-14, 0x1p-20};
 
 }  // namespace
 
 OpenSides::OpenSides(const mesh::Arrays& mesh, const octree::Lattice& lattice, int flip_level,
-                     const Progress& progress)
+                     const Progress& progress, std::optional<winding::Filling> filling)
     : flip_level_(flip_level),
       triangles_of_mesh_(std::uint32_t(mesh.triangles.size())),
       bounds_(octree::bounds(mesh)),
-      filling_(mesh),
+      filling_(filling ? *std::move(filling) : winding::Filling(mesh)),
       closed_(mesh::copy_of(mesh)) {
     const auto first = std::uint32_t(closed_.vertices.size());
     closed_.vertices.insert(closed_.vertices.end(), filling_.surface().vertices.begin(),
@@ -41,7 +41,7 @@ OpenSides::OpenSides(const mesh::Arrays& mesh, const octree::Lattice& lattice, i
     Parts parts(progress);
     octree::Voxels voxels =
         octree::voxelise(positions, mesh.triangles, coarse.depth, coarse.dilation(), parts.until(0.3));
-    signs::GeneralizedSigns signs(mesh, coarse, voxels, parts.until(0.5));
+    signs::GeneralizedSigns signs(mesh, coarse, voxels, parts.until(0.5), filling_);
     signs.add_flip_cells(voxels, parts.until(1));
     for (std::size_t i = 0; i < voxels.cell.size(); ++i)
         if (voxels.offset[i] == voxels.offset[i + 1]) flips_.push_back(voxels.cell[i]);

@@ -22,8 +22,9 @@ namespace its::adaptive {
 class OpenSides {
 public:
     /// \param flip_level  level of the lattice whose cells close the holes
+    /// \param filling     of this mesh, where it is there already
     OpenSides(const mesh::Arrays& mesh, const octree::Lattice& lattice, int flip_level,
-              const Progress& progress);
+              const Progress& progress, std::optional<winding::Filling> filling = {});
 
     /// M's triangles, then F's.
     const Mesh& closed() const { return closed_; }

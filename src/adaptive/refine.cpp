@@ -94,7 +94,8 @@ public:
 
     Refined run() {
         while (!splits_.empty()) {
-            if (passes_ > 0 && !affordable()) {
+            // The passes up to this one make the coarsest leaves that the lattice and γ are meant for.
+            if (passes_ > task_.least_depth && !affordable()) {
                 complete_ = false;
                 break;
             }
@@ -121,6 +122,7 @@ private:
         return leaf.group == none ? 0 : tree_[leaf.group].parent << 3 | leaf.child;
     }
     std::span<const std::uint32_t> list_of(const Leaf& leaf) const {
+        if (leaf.count == 0) return {};  // its pool may be gone
         return std::span(pools_[leaf.pool]).subspan(leaf.begin, leaf.count);
     }
     /// Of these, those that are M's: they come first.
@@ -135,11 +137,15 @@ private:
 
     bool affordable() const {
         const std::uint64_t groups = tree_.size() + splits_.size();
-        std::uint64_t pairs = 0;
+        std::uint64_t pairs = 0, coming = 0;
         for (const auto& pool : pools_) pairs += pool.size();
+        for (const std::uint32_t leaf : splits_) coming += leaves_[leaf].count;
+        // A copy of each list that is to be halved, and lists of four children: as many as a plane meets on
+        // average.
+        const std::uint64_t lists = 4 * (2 * pairs + 5 * coming);
         return 8 * groups + 1 <= task_.max_cells &&
-               groups * bytes_per_group + 2 * 4 * pairs + hanging_.bytes() <= task_.max_bytes &&
-               groups < none / 2;
+               groups * bytes_per_group + lists + hanging_.bytes() <= task_.max_bytes &&
+               leaves_.size() + 8 * splits_.size() < none;  // numbers of leaves, of which there are more
     }
     // A group's values twice, when they are put in order, or once with its links; its leaves, four at most as a
     // rule, with their bounds.
@@ -151,7 +157,6 @@ private:
             return std::pair(-level_of(p), code_of(p)) < std::pair(-level_of(q), code_of(q));
         });
         first_new_ = tree_.size();
-        first_leaf_ = std::uint32_t(leaves_.size());
         for (auto begin = splits_.begin(); begin != splits_.end();) {
             const int level = level_of(leaves_[*begin]);
             const auto end = std::find_if(begin, splits_.end(),
@@ -709,7 +714,7 @@ private:
     HangingDistances hanging_;
     std::atomic<bool> only_bits_ = true;
 
-    std::uint32_t first_new_ = 0, first_leaf_ = 0;  ///< groups and leaves of this pass
+    std::uint32_t first_new_ = 0;                   ///< the first group of this pass
     std::vector<std::uint32_t> splits_;             ///< leaves to be halved next
     std::vector<std::uint32_t> open_, missing_;     ///< leaves to be judged, and those to be judged again
     std::vector<std::vector<std::uint32_t>> work_;  ///< by level: groups that wait

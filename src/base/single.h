@@ -33,7 +33,8 @@ struct Rounding {
             rounding.origin[axis] = std::rint(centre[axis] / rounding.quantum) * rounding.quantum;
         return rounding;
     }
-    bool has_room(double largest) const { return largest < 0x1p52 * quantum; }
+    /// Nor are there 32-bit numbers between multiples of less than 2⁻¹⁴⁹.
+    bool has_room(double largest) const { return largest < 0x1p52 * quantum && quantum >= 0x1p-149; }
 
     double nearest(int axis, double x) const {
         switch (kind) {

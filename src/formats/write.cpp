@@ -170,13 +170,6 @@ bool keeps_doubles(const std::filesystem::path& path) {
     return extension != ".stl" && extension != ".glb";
 }
 
-Vec3 glb_origin(std::span<const MeshView> meshes) {
-    Box box = geometry::empty_box;
-    for (const MeshView& mesh : meshes)
-        geometry::extend(box, geometry::bounds(mesh::Native(mesh).arrays().vertices));
-    return glb_centre(box);
-}
-
 void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
                const WriteOptions& options) {
     const GlbMeshes glb(meshes);

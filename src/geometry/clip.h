@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/rounding.h"
 #include "its/base.h"
 
 /// Clipping a triangle to the unit cell.
@@ -29,6 +30,12 @@ inline constexpr int cuts = 6;
 
 /// Of the vertices relative to a cell's corner: one subtraction, inexact for a vertex far from the cell.
 inline constexpr double roundings_of_vertices = 1;
+
+/// How far, per axis, a vertex of a clipped polygon is at most from where exact arithmetic would put it, for
+/// coordinates of this size.
+inline constexpr double clipping_error(double size) {
+    return (cuts * roundings_per_cut + roundings_of_vertices) * unit_roundoff * size;
+}
 
 namespace detail {
 

@@ -69,7 +69,16 @@ inline constexpr ChildTable child_neighbours;
 /// Of a cell and those around it, the groups of their children, or no_group where there are none.
 using Around = std::array<std::uint64_t, neighbours>;
 
+/// Of a cell of `level`, by search from the root.
+Around around_cell(const Octree& octree, int level, const Cell& at);
+
 /// The same of child `child`, whose cells are those of `level`.
 Around around_child(const Level& level, const Around& parent, int child);
+
+/// Child x + 2y + 4z of a cell.
+inline Cell child_of(const Cell& at, int child) {
+    const auto c = unsigned(child);
+    return {2 * at[0] + (c & 1), 2 * at[1] + (c >> 1 & 1), 2 * at[2] + (c >> 2)};
+}
 
 }  // namespace its::octree

@@ -44,6 +44,14 @@ struct Cube {
     double size;     ///< bound on all coordinates
 };
 
+/// Cells of a level, to be tested for triangles.
+Cube children_at(int level, int depth, double dilation) {
+    const double size = std::ldexp(2.0, depth), half = std::ldexp(0.5, level);
+    // 8u·size covers the test along the box's and the edges' axes: coordinates relative to the centre err by
+    // u·size, edges by a relative u, a dot product of two terms by a relative 3u.
+    return {half, half + dilation + 8 * unit_roundoff * size, size};
+}
+
 /// How far the interval [low, high] is from the one around `centre`: positive if they are apart.
 ITS_INLINE Lanes gap(const Lanes& low, const Lanes& high, const Lanes& centre, const Lanes& radius) {
     return larger(low - centre, centre - high) - radius;
@@ -210,19 +218,13 @@ Voxels descend(const Voxels& above, std::span<const Vec3> positions, std::span<c
 
 Voxels halve(const Voxels& above, std::span<const Vec3> positions, std::span<const Triangle> triangles,
              int level, int depth, double dilation) {
-    const double size = std::ldexp(2.0, depth), half = std::ldexp(0.5, level);
     Stage silent({}, {}, 0);
-    return descend(above, positions, triangles, {half, half + dilation + 8 * unit_roundoff * size, size},
-                   silent);
+    return descend(above, positions, triangles, children_at(level, depth, dilation), silent);
 }
 
 Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> triangles, int depth,
                 double dilation, const Progress& progress,
                 const std::function<void(int, std::uint64_t, std::uint64_t)>& before_level) {
-    const double size = std::ldexp(2.0, depth);
-    // 8u·size covers the test along the box's and the edges' axes: coordinates relative to the centre err by
-    // u·size, edges by a relative u, a dot product of two terms by a relative 3u.
-    const double dilated = dilation + 8 * unit_roundoff * size;
     Voxels voxels{.cell = {0}, .offset = {0, triangles.size()}, .triangle = {}};
     voxels.triangle.resize(triangles.size());
     for (std::size_t i = 0; i < triangles.size(); ++i) voxels.triangle[i] = std::uint32_t(i);
@@ -231,8 +233,7 @@ Voxels voxelise(std::span<const Vec3> positions, std::span<const Triangle> trian
         if (before_level) before_level(level, voxels.cell.size(), voxels.triangle.size());
         // At last pairs grow by a factor of 2 to 4 a level.
         Stage stage(parts.until(std::exp2(-level)), "octree", voxels.triangle.size());
-        const double half = std::ldexp(0.5, level);
-        voxels = descend(voxels, positions, triangles, {half, half + dilated, size}, stage);
+        voxels = descend(voxels, positions, triangles, children_at(level, depth, dilation), stage);
     }
     return voxels;
 }

@@ -14,6 +14,7 @@
 #include "base/progress.h"
 #include "distance/grid_distance.h"
 #include "field/lscg.h"
+#include "geometry/box.h"
 #include "inspect/inspect.h"
 #include "its/inspect.h"
 #include "its/memory.h"
@@ -36,7 +37,6 @@ using namespace shell;
 namespace {
 
 constexpr std::uint64_t vertex_grain = 16384;
-constexpr int least_adaptive_depth = 3;  // surface cells are an eighth of the longest side wide, or less
 constexpr double lscg_tolerance =
     1e-12;  // max |f(g) − D(g)| relative to max |D|: reached in some 40 iterations
 
@@ -48,10 +48,14 @@ void check_depth(int depth) {
 void check_thickness(const BuildOptions& options) {
     if (!(options.thickness >= 0) || !std::isfinite(options.thickness))
         throw OptionError(fmt::format("thickness {}: must be finite and at least 0", options.thickness));
-    if (options.deepest && (*options.deepest < 0 || *options.deepest > max_adaptive_depth))
-        throw OptionError(
-            fmt::format("deepest cells of depth {}: must be 0 to {}", *options.deepest, max_adaptive_depth));
-    if (options.thickness == 0) return;
+    if (options.deepest && (*options.deepest < least_adaptive_depth || *options.deepest > max_adaptive_depth))
+        throw OptionError(fmt::format("deepest cells of depth {}: must be {} to {}", *options.deepest,
+                                      least_adaptive_depth, max_adaptive_depth));
+    if (options.thickness == 0) {
+        if (options.max_cells > 0 || options.deepest)
+            throw OptionError("limits of cells and of their depth are of shells that are built to a thickness");
+        return;
+    }
     if (options.depth)
         throw OptionError("thickness and depth: a shell is built to one of them; leave the other out");
     if (options.solver != Solver::direct || options.extrema != Extrema::certified)
@@ -179,10 +183,13 @@ public:
             sign_reason_ +=
                 fmt::format("; {} closed parts are turned around by nesting", report_.parts.to_turn);
         shares_ = shares_of(sign_, options.solver);
-        if (!adaptive()) budget_.check_expected();
-        shell_.lattice = adaptive() ? octree::make_nested_lattice(inspection_.report.bounds, depth_,
-                                                                  std::min(depth_, least_adaptive_depth))
-                                    : octree::make_lattice(inspection_.report.bounds, depth_);
+        if (adaptive())
+            budget_.check({.triangles = mesh.triangles.size(), .groups = 1, .surface_cells = 8, .pairs = 0});
+        else
+            budget_.check_expected();
+        shell_.lattice =
+            adaptive() ? octree::make_nested_lattice(inspection_.report.bounds, depth_, least_adaptive_depth)
+                       : octree::make_lattice(inspection_.report.bounds, depth_);
         positions_ = lattice_positions(mesh, shell_.lattice);
         if (!options.turn_parts || !directed) oriented_ = mesh::copy_of(mesh);
         if (!options.sign) oriented_ = inspector::turned(std::move(oriented_), inspection_.turn);
@@ -289,6 +296,7 @@ public:
         shell_.info.thickness_asked = options_.thickness;
         shell_.info.max_cells = options_.max_cells;
         shell_.info.deepest = options_.deepest.value_or(-1);
+        if (adaptive()) compare_with_what_was_asked();
         shell_.info.coarse_cells = coarse_.size();
         shell_.info.coarse = bounds_of(coarse_);
         shell_.info.input_hash = hash_of(given_, options_, depth_);
@@ -304,64 +312,84 @@ private:
         if (options.thickness == 0) return automatic_depth(mesh, options.max_memory);
         // A cell with no coarser one beside it has |f| ≤ √3/2 of its width on M.
         const double side = octree::make_lattice(bounds, 0).width;
-        const double cells = std::ceil(std::log2(std::numbers::sqrt3 * side / (0.999 * options.thickness)));
+        // γ takes less than a thousandth of the thickness, but far from the origin: there cells may be a level
+        // too large, and the shell says so.
+        constexpr double left = 0.999;
+        const double cells = std::ceil(std::log2(std::numbers::sqrt3 * side / (left * options.thickness)));
+        (void)octree::make_lattice(bounds, least_adaptive_depth);  // throws where the mesh is too far away
         const int most = std::min(options.deepest.value_or(max_adaptive_depth),
                                   octree::deepest_lattice(bounds, max_adaptive_depth));
-        return std::clamp(int(std::clamp(cells, 0.0, 100.0)), std::min(most, least_adaptive_depth), most);
+        return std::clamp(int(std::clamp(cells, 0.0, 100.0)), least_adaptive_depth, most);
     }
 
     /// γ as it is where f is as steep as a distance can be along an edge beside a hanging corner, by far.
     double expected_rounding() const {
         constexpr double steepest = 8;
         const octree::Lattice& lattice = shell_.lattice;
-        const double coarsest = std::ldexp(1.0, lattice.depth - std::min(lattice.depth, least_adaptive_depth));
+        const double coarsest = std::ldexp(1.0, lattice.depth - least_adaptive_depth);
         return rounding_error(lattice, steepest, coarsest, 4 * coarsest);
     }
 
     /// Holes are closed by cells of 16 times the thickness, unless memory allows only larger ones.
     void find_holes(double asked) {
         const octree::Lattice& lattice = shell_.lattice;
-        const int coarsest = lattice.depth - std::min(depth_, least_adaptive_depth);
+        const int coarsest = lattice.depth - least_adaptive_depth;
         int level = std::clamp(std::ilogb(16 * asked), 0, coarsest);
         const std::uint64_t limit = memory_limit(options_.max_memory);
         while (level < coarsest && build_bytes(estimate_size(mesh_, lattice.depth - level)) > limit) ++level;
         const Stopwatch time;
-        open_.emplace(mesh::Arrays(oriented_), lattice, level, parts_.until(0.2));
+        open_.emplace(mesh::Arrays(oriented_), lattice, level, parts_.until(0.2),
+                      std::exchange(inspection_.filling, {}));
         seconds_.signs = time.seconds();
         positions_ = lattice_positions(mesh::Arrays(open_->closed()), lattice);
     }
 
     adaptive::Task refinement_task(double room) {
         const bool one_sided = sign_ == SignRule::unsigned_rule;
-        const std::uint64_t limit = memory_limit(options_.max_memory);
+        const mesh::Arrays mesh(open_ ? open_->closed() : oriented_);
+        const std::uint64_t limit = memory_limit(options_.max_memory),
+                            of_mesh = build_bytes({.triangles = mesh.triangles.size()});
         return {.lattice = shell_.lattice,
                 .positions = positions_,
-                .mesh = mesh::Arrays(open_ ? open_->closed() : oriented_),
+                .mesh = mesh,
                 .rule = sign_,
                 .open = open_ ? &*open_ : nullptr,
                 .lower = one_sided ? -room : -0.5 * room,
                 .upper = one_sided ? room : 0.5 * room,
-                .least_depth = std::min(depth_, least_adaptive_depth),
+                .least_depth = least_adaptive_depth,
                 .many_width = 4 * room,
                 .max_cells = options_.max_cells > 0 ? options_.max_cells : ~std::uint64_t{0},
-                .max_bytes = limit};
+                .max_bytes = limit - std::min(limit, of_mesh)};
+    }
+
+    /// The window of each cell is symmetric: what misses it on one side may do no harm. And the window is as
+    /// wide as the γ that is expected allows, by far: should γ be larger, the cells that are to blame are
+    /// named.
+    void compare_with_what_was_asked() {
+        const double asked = options_.thickness;
+        if (shell_.info.thickness() <= asked) coarse_.clear();
+        if (shell_.info.thickness() <= asked || !coarse_.empty()) return;
+        const double most = (sign_ == SignRule::unsigned_rule ? asked : 0.5 * asked) / shell_.lattice.width;
+        for (std::uint64_t i = 0; i < shell_.surface.lower.size(); ++i)
+            if (double(shell_.surface.lower[i]) < -most || double(shell_.surface.upper[i]) > most)
+                coarse_.push_back(i);
     }
 
     /// Bounds of surface cells of these numbers.
     Box bounds_of(std::span<const std::uint64_t> cells) const {
-        constexpr double infinity = std::numeric_limits<double>::infinity();
-        Box box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+        Box box = geometry::empty_box;
         for (const std::uint64_t cell : cells) {
             const octree::CellPlace place = shell_.octree.surface_place(cell);
             const octree::Level& level = shell_.octree.levels[std::size_t(place.level)];
             const octree::Cell at =
                 octree::morton_decode(level.parent[place.group] << 3 | std::uint64_t(place.child));
-            for (int axis = 0; axis < 3; ++axis) {
-                const std::int64_t low = std::int64_t(at[std::size_t(axis)]) << place.level,
-                                   high = low + (std::int64_t{1} << place.level);
-                box.min[axis] = std::min(box.min[axis], shell_.lattice.position(axis, low));
-                box.max[axis] = std::max(box.max[axis], shell_.lattice.position(axis, high));
+            std::array<std::int64_t, 3> low, high;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                low[axis] = std::int64_t(at[axis]) << place.level;
+                high[axis] = low[axis] + (std::int64_t{1} << place.level);
             }
+            geometry::extend(box, Box{shell_.lattice.position({low[0], low[1], low[2]}),
+                                      shell_.lattice.position({high[0], high[1], high[2]})});
         }
         return cells.empty() ? Box{} : box;
     }

@@ -49,9 +49,7 @@ public:
           triangles_(triangles),
           offset_(offset),
           triangle_(triangle) {
-        const double clipping =
-            (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) * unit_roundoff *
-            lattice.cells();
+        const double clipping = geometry::clipping_error(lattice.cells());
         margin_ = lattice.dilation() + clipping;
         displacement_ = lattice.point_error() + 2 * clipping;
     }
@@ -141,8 +139,7 @@ double rounding_error(const Steepness& s) {
 }  // namespace
 
 double rounding_error(const octree::Lattice& lattice, double slope, double width, double value) {
-    const double clipping = (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) *
-                            unit_roundoff * lattice.cells();
+    const double clipping = geometry::clipping_error(lattice.cells());
     const double displacement =
         lattice.point_error() + 2 * clipping + roundings_of_halvings * unit_roundoff * width;
     return rounding_error(Steepness{slope * displacement, value});

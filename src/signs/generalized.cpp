@@ -26,10 +26,6 @@ constexpr double whole_patch = 1;
 /// For points that these estimates leave open: a first try, and a second.
 constexpr double first_tolerance = 0x1p-14, second_tolerance = 0x1p-20;
 
-/// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
-/// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
-constexpr double decision_gap = 0x1p-20;
-
 /// Winding numbers from which the distance to where w = ½ is derived need no proof: an estimate is taken if its
 /// bound is this, since its error is far below.
 constexpr double precise_enough = 0x1p-4, precise_tolerance = 0x1p-13;

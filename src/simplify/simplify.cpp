@@ -207,7 +207,8 @@ Rounding make_rounding(const Complex& complex, Coordinates coordinates, const ge
     const Rounding rounding = Rounding::about(0.5 * box.min + 0.5 * box.max, size);
     if (!rounding.has_room(largest + size))
         throw OptionError(
-            "the mesh is too far from the origin for 32-bit numbers about a centre; write .ply, .obj or .off");
+            "the mesh is too far from the origin, or too small, for 32-bit numbers about a centre; use "
+            "doubles");
     return rounding;
 }
 

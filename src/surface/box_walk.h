@@ -27,10 +27,6 @@ public:
     }
 
 private:
-    static octree::Cell child_of(const octree::Cell& at, int child) {
-        return {2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + std::uint32_t(child >> 2)};
-    }
-
     void visit_subdivided(int level, const octree::Cell& at, const octree::Around& around) {
         const std::uint64_t group = around[octree::itself];
         const double* const points = field_.values[level - 1].data() + octree::group_points * group;
@@ -38,7 +34,7 @@ private:
         // Into leaves that meet M none reach: grid points that they would be centred at hang.
         const unsigned whole = level == 1 ? 0xffu : octree_.surface_mask(level - 1, group);
         for (int c = 0; c < 8; ++c) {
-            const octree::Cell child = child_of(at, c);
+            const octree::Cell child = octree::child_of(at, c);
             if (whole >> c & 1) {
                 visitor_.box(level - 1, child, points, c);
                 continue;
@@ -62,7 +58,7 @@ private:
         halve(corner, halved);
         insert_grid_values(field_, level, around, halved);
         for (int c = 0; c < 8; ++c) {
-            const octree::Cell child = child_of(at, c);
+            const octree::Cell child = octree::child_of(at, c);
             if (level == 1) {
                 visitor_.box(0, child, halved, c);
                 continue;

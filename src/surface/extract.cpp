@@ -52,7 +52,8 @@ Rounding make_rounding(const octree::Lattice& lattice, Coordinates coordinates) 
         Rounding::about(lattice.position({middle, middle, middle}), double(middle) * lattice.width);
     if (!rounding.has_room(lattice.reach() * lattice.width))
         throw OptionError(
-            "the mesh is too far from the origin for 32-bit numbers about a centre; write .ply, .obj or .off");
+            "the mesh is too far from the origin, or too small, for 32-bit numbers about a centre; use "
+            "doubles");
     return rounding;
 }
 
@@ -63,7 +64,9 @@ constexpr double own_bytes = 200;
 /// On others: at the end cells of a window of levels (1.9 times 80 bytes), the mesh (48), bounds of f on both
 /// sides, by pieces and as sorted (100).
 constexpr double other_bytes = 310, other_base = 4e6;
-constexpr double leaf_bytes = 1.5 * 380;
+/// On the cells of an adaptive shell, for each of its surface cells: four cells of the range of levels, halved
+/// ones among them (88 bytes each), of which two are crossed (160 each, src/surface/leaf_surface.cpp).
+constexpr double leaf_bytes = 4 * 88 + 2 * 160;
 
 /// Expected of the cells that an outer or inner surface runs through: as many as of the octree's cells of that
 /// width that meet M (within 2 %, on real models), around both sides where there is no inside; on finer
@@ -362,7 +365,7 @@ Surface extract_from_leaves(const shell::ShellData& shell, const SurfaceOptions&
     if (options.level) given = *options.level / width;
     if (!given && (options.side == SurfaceSide::zero || !options.certify)) given = own;
     LeafSurface found = extract_leaf_surface(shell, grid, options.side, given, own, options.certify, guard,
-                                             all.until(options.measure ? 0.5 : 1));
+                                             all.until(options.measure ? 0.45 : 0.95));
     check_inside_root(shell, found.level);
     Surface surface;
     surface.mesh = std::move(found.mesh);
@@ -383,7 +386,8 @@ Surface extract_from_leaves(const shell::ShellData& shell, const SurfaceOptions&
         report.margin = width * margin;
         report.certified = margin > 0;
         const Enclosure enclosed = margin > 0 ? Enclosure{count_parts(shell.mesh), {}}
-                                              : enclosure(shell.mesh, surface.mesh, outer ? 1 : 0, {});
+                                              : enclosure(shell.mesh, surface.mesh, outer ? 1 : 0,
+                                                          all.until(options.measure ? 0.5 : 1));
         report.components = enclosed.components;
         report.components_enclosed = enclosed.components - enclosed.wrong.size();
     }

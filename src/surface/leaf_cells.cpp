@@ -27,11 +27,6 @@ struct Found {
     std::vector<std::uint64_t> divided;
 };
 
-octree::Cell child_of(const octree::Cell& at, int child) {
-    return {2 * at[0] + std::uint32_t(child & 1), 2 * at[1] + std::uint32_t(child >> 1 & 1),
-            2 * at[2] + std::uint32_t(child >> 2)};
-}
-
 class Finder {
 public:
     Finder(const octree::Octree& octree, const field::Field& field, double low, double high,
@@ -41,26 +36,12 @@ public:
     /// The cells below the one that a group halves: all, or those in children that are not subdivided.
     void visit_group(int level, std::uint64_t group, bool all, Found& found) const {
         const octree::Cell at = octree::morton_decode(octree_.levels[std::size_t(level)].parent[group]);
-        const octree::Around around = around_cell(level + 1, at);
+        const octree::Around around = octree::around_cell(octree_, level + 1, at);
         visit_children(level + 1, at, around, all, found);
         found.divided.push_back(CellSet::key(octree_.depth, level + 1, octree::morton_encode(at)));
     }
 
 private:
-    /// By search from the root's groups.
-    octree::Around around_cell(int level, const octree::Cell& at) const {
-        octree::Around around;
-        const std::uint32_t side = octree_.depth + 1 >= level ? 1u << (octree_.depth + 1 - level) : 0;
-        for (int n = 0; n < octree::neighbours; ++n) {
-            const octree::Cell other = {at[0] + std::uint32_t(n % 3) - 1, at[1] + std::uint32_t(n / 3 % 3) - 1,
-                                        at[2] + std::uint32_t(n / 9) - 1};
-            const bool exists = other[0] < side && other[1] < side && other[2] < side;  // −1 wraps around
-            around[std::size_t(n)] =
-                exists ? octree_.find(level - 1, octree::morton_encode(other)) : octree::no_group;
-        }
-        return around;
-    }
-
     /// A cell that the octree subdivides.
     void visit_children(int level, const octree::Cell& at, const octree::Around& around, bool all,
                         Found& found) const {
@@ -74,16 +55,17 @@ private:
         for (int c = 0; c < 8; ++c) {
             if (subdivided >> c & 1) {
                 if (all)
-                    visit_children(level - 1, child_of(at, c), octree::around_child(below, around, c), true,
-                                   found);
+                    visit_children(level - 1, octree::child_of(at, c), octree::around_child(below, around, c),
+                                   true, found);
                 continue;
             }
             double corner[8];
             for (int i = 0; i < 8; ++i) corner[i] = points[octree::group_point(c, i)];
             if ((surface >> c & 1) != 0 || level == 1)
-                visit_trilinear(level - 1, child_of(at, c), corner, found);
+                visit_trilinear(level - 1, octree::child_of(at, c), corner, found);
             else
-                visit_empty(level - 1, child_of(at, c), octree::around_child(below, around, c), corner, found);
+                visit_empty(level - 1, octree::child_of(at, c), octree::around_child(below, around, c), corner,
+                            found);
         }
         note(level, at, before, found);
     }
@@ -104,7 +86,7 @@ private:
         for (int c = 0; c < 8; ++c) {
             double below[8];
             for (int i = 0; i < 8; ++i) below[i] = points[octree::group_point(c, i)];
-            visit_empty(level - 1, child_of(at, c),
+            visit_empty(level - 1, octree::child_of(at, c),
                         octree::around_child(octree_.levels[std::size_t(level) - 1], around, c), below, found);
         }
         note(level, at, before, found);
@@ -125,7 +107,7 @@ private:
         for (int c = 0; c < 8; ++c) {
             double below[8];
             for (int i = 0; i < 8; ++i) below[i] = points[octree::group_point(c, i)];
-            visit_trilinear(level - 1, child_of(at, c), below, found);
+            visit_trilinear(level - 1, octree::child_of(at, c), below, found);
         }
         note(level, at, before, found);
     }

@@ -20,6 +20,12 @@ namespace its::surface {
 namespace {
 
 constexpr std::uint64_t cell_grain = 256;
+// A cell that is found has a divided one for every eight, at least, in a set with twice to four times the
+// slots.
+constexpr std::uint64_t set_bytes_per_cell = 8;
+// A cell that the level runs through has a vertex and two triangles: by names (32, 2·24), the vertex twice
+// while parts are joined, and in the mesh (24 + 2·12).
+constexpr std::uint64_t mesh_bytes_per_cell = 2 * 32 + 2 * 24 + 24 + 2 * 12;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int deepest_numbered = 19;  // a vertex's name has 60 bits of its position and two of its axis
 
@@ -69,6 +75,9 @@ public:
         segments_.clear();
         width_ = std::uint32_t{1} << cell.level;
         for (std::size_t axis = 0; axis < 3; ++axis) low_[axis] = cell.at[axis] << cell.level;
+        unsigned corners = 0;
+        for (unsigned c = 0; c < 8; ++c) corners |= unsigned(below(cell.value[c])) << c;
+        if (reaches_boundary(cell.at, corners, std::uint32_t{2} << (depth_ - cell.level))) refuse_open_level();
         if (cell.level == 0) return finest_cell();
         for (int face = 0; face < 6; ++face) add_face(face);
         fill();
@@ -148,8 +157,6 @@ private:
         std::int64_t at[3];
         for (std::size_t i = 0; i < 3; ++i) at[i] = std::int64_t(s.low[i] >> s.level);
         if (s.face % 2 == 0) --at[axis];
-        const bool at_boundary = at[axis] < 0 || at[axis] >= std::int64_t{2} << (depth_ - s.level);
-        if (at_boundary) refuse_open_level();
         if (!divided(s.level, at[0], at[1], at[2])) return add_segments(s);
         const auto mean = [](double a, double b) { return 0.5 * (a + b); };
         const auto& w = s.value;
@@ -384,7 +391,7 @@ public:
         for (;;) {
             leaves_ = find_leaf_cells(shell_.octree, shell_.field, std::min(low, frame_.level),
                                       std::max(high, frame_.level), CellSet(halved_), parts_.next(0.1));
-            const Taken taken(guard_, leaves_.cells.size() * sizeof(LeafCell));
+            taken_.emplace(guard_, leaves_.cells.size() * (sizeof(LeafCell) + set_bytes_per_cell));
             if (!halve_where([&](CellWorker&, const LeafCell&, const CellPart& part) { return part.to_halve; }))
                 return;
         }
@@ -502,11 +509,13 @@ private:
     MemoryGuard& guard_;
     Parts parts_;
     LeafCells leaves_;
+    std::optional<Taken> taken_;         ///< by the cells
     std::vector<std::uint64_t> halved_;  ///< keys of cells
 };
 
 /// Vertices on lattice segments in the order of their names, then those in cells.
 Mesh Extractor::mesh() {
+    const Taken taken(guard_, crossed() * mesh_bytes_per_cell);
     struct Named {
         std::uint64_t name;
         Vec3 position;
@@ -599,11 +608,16 @@ LeafSurface extract_leaf_surface(const shell::ShellData& shell, const Grid& grid
     if (with_range) result.range = extractor.range(RangeEnds::both);
     // With 32-bit numbers slopes of neighbours count, as far as f on the surface is from the level.
     constexpr int attempts = 8;
-    for (int i = 0; with_range && grid.unit > 0 && i < attempts; ++i) {
-        const SurfaceRange known = result.range;
-        extractor.collect(known.lower, known.upper);
+    for (int i = 0; with_range && grid.unit > 0; ++i) {
+        if (i == attempts) {  // nothing is proven
+            result.range = {-infinity, infinity};
+            break;
+        }
+        const SurfaceRange covered = {2 * result.range.lower - result.level,
+                                      2 * result.range.upper - result.level};
+        extractor.collect(covered.lower, covered.upper);
         result.range = extractor.range(RangeEnds::both);
-        if (result.range.lower >= known.lower && result.range.upper <= known.upper) break;
+        if (result.range.lower >= covered.lower && result.range.upper <= covered.upper) break;
     }
     result.cells = extractor.crossed();
     result.mesh = extractor.mesh();

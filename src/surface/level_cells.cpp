@@ -21,29 +21,11 @@ public:
     /// not subdivided.
     void visit_group(int level, std::uint64_t group, bool all, std::vector<LevelCell>& found) const {
         const std::uint64_t parent = octree_.levels[level].parent[group];
-        const octree::Around around = around_cell(level + 1, octree::morton_decode(parent));
+        const octree::Around around = octree::around_cell(octree_, level + 1, octree::morton_decode(parent));
         visit_children(level + 1, octree::morton_decode(parent), around, all, found);
     }
 
 private:
-    /// By search from the root's groups.
-    octree::Around around_cell(int level, const octree::Cell& at) const {
-        octree::Around around;
-        const std::uint32_t side = octree_.depth + 1 >= level ? 1u << (octree_.depth + 1 - level) : 0;
-        for (int n = 0; n < octree::neighbours; ++n) {
-            const octree::Cell other = {at[0] + std::uint32_t(n % 3) - 1, at[1] + std::uint32_t(n / 3 % 3) - 1,
-                                        at[2] + std::uint32_t(n / 9) - 1};
-            const bool exists = other[0] < side && other[1] < side && other[2] < side;  // −1 wraps around
-            around[std::size_t(n)] =
-                exists ? octree_.find(level - 1, octree::morton_encode(other)) : octree::no_group;
-        }
-        return around;
-    }
-
-    static octree::Cell child_of(const octree::Cell& at, int child) {
-        return {2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + std::uint32_t(child >> 2)};
-    }
-
     /// A subdivided cell.
     void visit_children(int level, const octree::Cell& at, const octree::Around& around, bool all,
                         std::vector<LevelCell>& found) const {
@@ -56,9 +38,9 @@ private:
             if (subdivided && !all) continue;
             const octree::Around around_c = octree::around_child(octree_.levels[level - 1], around, c);
             if (subdivided)
-                visit_children(level - 1, child_of(at, c), around_c, true, found);
+                visit_children(level - 1, octree::child_of(at, c), around_c, true, found);
             else
-                visit_leaf(level - 1, child_of(at, c), around_c, points, c, found);
+                visit_leaf(level - 1, octree::child_of(at, c), around_c, points, c, found);
         }
     }
 
@@ -76,7 +58,7 @@ private:
         for (int c = 0; c < 8; ++c) {
             const octree::Around around_c =
                 reached ? octree::around_child(octree_.levels[level - 1], around, c) : around;
-            visit_leaf(level - 1, child_of(at, c), around_c, halved, c, found);
+            visit_leaf(level - 1, octree::child_of(at, c), around_c, halved, c, found);
         }
     }
 
@@ -96,7 +78,7 @@ private:
             LevelCell cell;
             for (int c = 0; c < 8; ++c) cell.value[std::size_t(c)] = points[octree::group_point(child, c)];
             if (!crossed(cell.value.data())) continue;
-            cell.at = child_of(parent, child);
+            cell.at = octree::child_of(parent, child);
             found.push_back(cell);
         }
     }

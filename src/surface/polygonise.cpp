@@ -10,6 +10,15 @@
 
 namespace its::surface {
 
+bool reaches_boundary(const octree::Cell& at, unsigned below, std::uint32_t side) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const unsigned high = axis == 0 ? 0xaa : axis == 1 ? 0xcc : 0xf0;
+        if (at[std::size_t(axis)] == 0 && (below & ~high & 0xff)) return true;
+        if (at[std::size_t(axis)] + 1 == side && (below & high)) return true;
+    }
+    return false;
+}
+
 namespace {
 
 constexpr std::uint64_t cell_grain = 1024;
@@ -60,15 +69,6 @@ struct Numbering {
     std::vector<std::uint32_t> first;  ///< of each cell, in order; one more at the end: the total
     std::vector<Crossing> crossing;
 };
-
-bool reaches_boundary(const octree::Cell& at, unsigned below, std::uint32_t side) {
-    for (int axis = 0; axis < 3; ++axis) {
-        const unsigned high = axis == 0 ? 0xaa : axis == 1 ? 0xcc : 0xf0;
-        if (at[std::size_t(axis)] == 0 && (below & ~high & 0xff)) return true;
-        if (at[std::size_t(axis)] + 1 == side && (below & high)) return true;
-    }
-    return false;
-}
 
 Numbering number_vertices(const SurfaceFrame& frame, std::span<const LevelCell> cells) {
     Numbering numbering;

@@ -38,8 +38,10 @@ void expect_verified(const std::string& name, const Mesh& mesh, const BuildOptio
     const ThinShell shell = build(mesh, options);
     const ShellInfo& info = shell.info();
     EXPECT_TRUE(info.adaptive);
-    if (info.coarse_cells == 0) {
-        EXPECT_LE(info.thickness(), options.thickness);
+    EXPECT_EQ(info.coarse_cells == 0, info.thickness() <= options.thickness);
+    const bool limited = options.max_cells > 0 || options.max_memory > 0 || options.deepest;
+    if (!limited) {
+        EXPECT_EQ(info.coarse_cells, 0u);
     }
     VerifyOptions all;
     all.complete = shell.info().surface_cells < 3000;
@@ -139,6 +141,41 @@ TEST(Adaptive, WhereCellsDoNotSufficeTheShellSaysSo) {
     EXPECT_GT(shallow.info().coarse_cells, 0u);
 }
 
+/// Off the origin, where a root cube that is not the lattice's would show.
+TEST(Adaptive, ShellsAreSoundWhereverTheLimitsStopThem) {
+    Mesh mesh = zoo::torus(1, 0.35, 32, 16);
+    for (Vec3& v : mesh.vertices) v = v + Vec3{0.37, 5.21, -3.83};
+    for (const double thickness : {0.005, 0.02, 0.1, 2.0})
+        for (const std::uint64_t cells : {1, 9, 73, 140, 600, 2000}) {
+            BuildOptions options = to_thickness(mesh, thickness);
+            options.max_cells = cells;
+            SCOPED_TRACE(fmt::format("{} cells", cells));
+            expect_verified("torus", mesh, options);
+            EXPECT_GE(build(mesh, options).info().depth, least_adaptive_depth);
+        }
+    for (const int deepest : {3, 4, 5})
+        for (const double thickness : {0.01, 0.1, 5.0}) {
+            BuildOptions options = to_thickness(mesh, thickness);
+            options.deepest = deepest;
+            SCOPED_TRACE(fmt::format("depth {}", deepest));
+            expect_verified("torus", mesh, options);
+            const ThinShell shell = build(mesh, options);
+            EXPECT_EQ(encode(decode(encode(shell))), encode(shell));
+        }
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return mesh.vertices[t[0]].x > 1.6; });
+    for (const std::uint64_t cells : {1, 73, 600, 3000}) {
+        BuildOptions options = to_thickness(mesh, 0.005, SignRule::generalized);
+        options.max_cells = cells;
+        expect_verified("open torus", mesh, options);
+    }
+}
+
+TEST(Adaptive, TheMeshAloneMayBeTooMuch) {
+    BuildOptions options = to_thickness(zoo::sphere({0, 0, 0}, 1, 5), 0.01);
+    options.max_memory = 1'000'000;
+    EXPECT_THROW((void)build(zoo::sphere({0, 0, 0}, 1, 5), options), MemoryError);
+}
+
 TEST(Adaptive, APlateThinnerThanItsShellNeedsSmallCells) {
     const Mesh plate = zoo::plate(0.01);
     BuildOptions options = to_thickness(plate, 0.004);
@@ -161,6 +198,9 @@ TEST(Adaptive, WhatCannotBeIsRefused) {
     expect_refused([](BuildOptions& o) { o.solver = Solver::lscg; });
     expect_refused([](BuildOptions& o) { o.extrema = Extrema::candidates; });
     expect_refused([](BuildOptions& o) { o.deepest = 21; });
+    expect_refused([](BuildOptions& o) { o.deepest = 2; });
+    expect_refused([](BuildOptions& o) { o.thickness = 0, o.max_cells = 1000; });
+    expect_refused([](BuildOptions& o) { o.thickness = 0, o.deepest = 5; });
     expect_refused([](BuildOptions& o) { o.thickness = 1e-13; });
 }
 

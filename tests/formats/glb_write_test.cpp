@@ -143,12 +143,7 @@ TEST_F(GlbWriter, OnlyItHasAnAxisThatIsUp) {
 }
 
 TEST_F(GlbWriter, SaysWhereItsOriginIs) {
-    const Mesh near = zoo::box({-1, -1, -1}, {3, 1, 1}), far = zoo::box({100, 0, 0}, {101, 1, 1});
-    const MeshView views[] = {near, far};
-    EXPECT_EQ(glb_origin(std::span(views, 1)), (Vec3{0, 0, 0}));
-    EXPECT_EQ(glb_origin(std::span(views).subspan(1)), (Vec3{100.5, 0.5, 0.5}));
-    EXPECT_EQ(glb_origin(views), (Vec3{0, 0, 0}));
-    EXPECT_EQ(glb_origin({}), (Vec3{0, 0, 0}));
+    const Mesh far = zoo::box({100, 0, 0}, {101, 1, 1});
     write_mesh(far, folder / "far.glb");
     EXPECT_EQ(json_of(bytes_of(folder / "far.glb"))["nodes"][0]["translation"],
               (nlohmann::json{100.5, 0.5, 0.5}));

@@ -5,6 +5,7 @@
 
 #include "adaptive/refine.h"
 #include "cgal/cgal.h"
+#include "its/inspect.h"
 #include "its/mesh_file.h"
 #include "its/surface.h"
 #include "octree/lattice.h"
@@ -171,6 +172,23 @@ shell::ShellData random_shell(std::uint64_t seed, bool balanced, bool ties) {
     }
     for (auto& level : values) data.field.values.emplace_back(std::move(level));
     return data;
+}
+
+/// On the coarsest shell of all, cells that meet the boundary of the root cube are finest ones.
+TEST(AdaptiveSurface, LevelsThatReachTheRootCubeAreRefused) {
+    const Mesh cube = zoo::box({0, 0, 0}, {1, 1, 1});
+    const ThinShell shell = build(cube, {.thickness = 1e-6, .deepest = 3});
+    bool refused = false;
+    for (double level = 0.02; level < 0.9; level += 0.02) {
+        SCOPED_TRACE(level);
+        try {
+            const Surface surface = extract_surface(shell, {.level = level, .measure = false});
+            EXPECT_EQ(inspect(surface.mesh).boundary_edges, 0u);
+        } catch (const OptionError&) {
+            refused = true;
+        }
+    }
+    EXPECT_TRUE(refused);
 }
 
 TEST(AdaptiveSurface, RandomLevelSetsOnRandomTreesAreSound) {

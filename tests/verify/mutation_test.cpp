@@ -374,12 +374,14 @@ bool beside_a_hole(const Subject& subject, const shell::ShellData& data, std::ui
 }
 
 void change_values(Trial& trial, const Subject& subject) {
+    // A hundredth of less than this is within the rounding of a distance.
+    const double least = trial.data().info.rounding / trial.data().lattice.width;
     for (std::uint32_t k = 0; k < trial.data().octree.levels.size(); ++k) {
         const shell_file::Section& section = trial.file().section(shell_file::level_values, k);
         const auto everywhere = [&](const auto& f) {
             return [&, f](Bytes& bytes, std::uint64_t i) {
                 const double old = File::get<double>(bytes, section, i);
-                if (old == 0 || beside_a_hole(subject, trial.data(), k, i)) return false;
+                if (std::abs(old) < least || beside_a_hole(subject, trial.data(), k, i)) return false;
                 for (const std::uint64_t place : places(trial.data(), k, i))
                     File::put(bytes, section, place, f(old));
                 return true;
