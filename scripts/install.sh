@@ -8,7 +8,7 @@ build=(g++ cmake ninja-build ccache libeigen3-dev libtbb-dev libfmt-dev libpng-d
        libcli11-dev nlohmann-json3-dev zlib1g-dev libdraco-dev libmeshoptimizer-dev libboost-dev pkgconf dpkg-dev libfreetype-dev
        fonts-roboto-unhinted libembree-dev)
 test=(libgtest-dev libgmock-dev libcgal-dev libassimp-dev libgmp-dev libmpfr-dev libopenvdb-dev libboost-iostreams-dev
-      libimath-dev chromium clang clang-format clang-tidy libclang-rt-14-dev valgrind)
+      libimath-dev chromium clang clang-format clang-tidy libclang-rt-14-dev valgrind python3-venv python3-dev)
 bench=(libbenchmark-dev libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libimath-dev)
 cross=(g++-aarch64-linux-gnu qemu-user)
 command -v npm >/dev/null || build+=(nodejs npm)  # for the page of its view; another npm serves as well

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Everything that must hold before a change is merged: build without warnings, tests, format, Valgrind, clang-tidy,
-# sanitizers, fuzzing. ITS_TEST_MESHES names a folder of further meshes for the tests.
+# Everything that must hold before a change is merged: build without warnings, tests, format, the Python package,
+# Valgrind, clang-tidy, sanitizers, fuzzing. ITS_TEST_MESHES names a folder of further meshes for the tests.
 #   scripts/test.sh [--quick]      --quick: build, tests, format and Valgrind only
 # Exit 0 when all passed, 1 otherwise, 2 when packages are missing. Goes on after a failure, except of the build, and
 # ends with the time of each step, by the clock and of all processors.
@@ -52,6 +52,7 @@ step build configure_and_build
 ((${#failed[@]} == 0)) || finish
 step tests run_tests
 step format check_format
+step python scripts/test-python.sh
 step valgrind env ITS_PROGRAM=build/its scripts/valgrind.sh
 [[ ${1:-} != --quick ]] || finish
 step tidy scripts/tidy.sh

@@ -1,0 +1,72 @@
+"""Implicit thin shells of triangle meshes: exact inside and outside, distances, proven surfaces.
+
+Install the distribution ``implicit-thin-shell``; the package is ``its``. Negative is inside.
+
+>>> import its
+>>> shell = its.build("model.stl")
+>>> shell.contains([[0, 0, 0], [9, 9, 9]])
+"""
+
+from ._errors import (
+    Cancelled,
+    Error,
+    FileError,
+    InputError,
+    MemoryLimitError,
+    NotCertified,
+    NotReached,
+    OptionError,
+)
+from ._its import version as __version__
+from ._mesh import CornerValues, Mesh, MeshLike, Surface, read, write
+from ._reports import (
+    Check,
+    Closest,
+    MeshDistance,
+    Parts,
+    Report,
+    Simplified,
+    Verification,
+    WrongPart,
+    check,
+    mesh_distance,
+    simplify,
+    weld,
+)
+from ._shell import Page, Shell, Side, build, from_bytes, load
+
+__all__ = [
+    "Cancelled",
+    "Check",
+    "Closest",
+    "CornerValues",
+    "Error",
+    "FileError",
+    "InputError",
+    "MemoryLimitError",
+    "Mesh",
+    "MeshDistance",
+    "MeshLike",
+    "NotCertified",
+    "NotReached",
+    "OptionError",
+    "Page",
+    "Parts",
+    "Report",
+    "Shell",
+    "Side",
+    "Simplified",
+    "Surface",
+    "Verification",
+    "WrongPart",
+    "__version__",
+    "build",
+    "check",
+    "from_bytes",
+    "load",
+    "mesh_distance",
+    "read",
+    "simplify",
+    "weld",
+    "write",
+]

@@ -1,0 +1,143 @@
+"""How calls run: without the interpreter's lock, with progress, until somebody interrupts them."""
+
+from __future__ import annotations
+
+import gc
+import os
+import resource
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import its
+from conftest import torus
+
+SHELL = its.build(*torus(), depth=6)
+LONG: dict[str, Callable[..., Any]] = {
+    "build": lambda **run: its.build(*torus(200, 100), depth=9, **run),
+    "surface": lambda **run: SHELL.surface(resolution=200, **run),
+    "verify": lambda **run: SHELL.verify(samples=300_000, **run),
+    "simplify": lambda **run: its.simplify(torus(120, 60), tolerance=0.02, **run),
+    "signed_distance": lambda **run: SHELL.signed_distance(np.zeros((300_000, 3)), **run),
+    "classify": lambda **run: SHELL.classify(np.full((20_000_000, 3), 0.9), **run),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_progress_never_falls_and_ends_at_one(name: str) -> None:
+    seen: list[tuple[str, float]] = []
+    LONG[name](progress=lambda stage, fraction: seen.append((stage, fraction)))
+    fractions = [fraction for _, fraction in seen]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1
+    assert all(isinstance(stage, str) and stage for stage, _ in seen)
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_progress_may_cancel(name: str) -> None:
+    with pytest.raises(its.Cancelled):
+        LONG[name](progress=lambda stage, fraction: False)
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_errors_of_progress_are_passed_on(name: str) -> None:
+    def fail(stage: str, fraction: float) -> bool:
+        raise LookupError("mine")
+
+    with pytest.raises(LookupError, match="mine"):
+        LONG[name](progress=fail)
+
+
+def interrupt(call: Callable[[], Any]) -> None:
+    """Presses Ctrl-C as soon as the call is under way."""
+    timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    try:
+        call()
+    finally:
+        timer.join()
+
+
+@pytest.mark.skipif(
+    signal.getsignal(signal.SIGINT) is not signal.default_int_handler, reason="SIGINT is not Python's"
+)
+@pytest.mark.parametrize("name", ["build", "verify"])
+def test_ctrl_c(name: str) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        interrupt(lambda: [LONG[name]() for _ in range(1000)])
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_other_threads_go_on(name: str) -> None:
+    steps, done = 0, threading.Event()
+
+    def count() -> None:
+        nonlocal steps
+        while not done.wait(0.001):
+            steps += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = steps
+    LONG[name]()
+    assert steps > before
+    done.set()
+    thread.join()
+
+
+def test_calls_from_many_threads() -> None:
+    points = np.random.default_rng(0).uniform(-1, 1, (5000, 3))
+    expected = SHELL.signed_distance(points)
+    shell = its.from_bytes(SHELL.to_bytes())  # whose search tree all threads want at once
+    answers: list[Any] = [None] * 8
+
+    def ask(i: int) -> None:
+        answers[i] = shell.signed_distance(points, progress=lambda stage, fraction: None)
+
+    threads = [threading.Thread(target=ask, args=(i,)) for i in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for answer in answers:
+        np.testing.assert_array_equal(answer, expected)
+
+
+def test_bar(capsys: pytest.CaptureFixture[str]) -> None:
+    its.build(*torus(), depth=5, progress=True)
+    shown = capsys.readouterr().err
+    assert shown.endswith("\n")
+    assert "100 %" in shown
+
+
+def test_memory_does_not_grow() -> None:
+    vertices, faces = torus(8, 6)
+    points = np.zeros((100, 3))
+
+    def work() -> None:
+        SHELL.classify(points)
+        SHELL.classify(points[0])
+        SHELL.value([0, 0, 0])
+        SHELL.closest(points)
+        _ = SHELL.mesh.vertices[0]
+        with pytest.raises(its.InputError):
+            SHELL.classify([1])
+
+    def build() -> None:
+        its.build(vertices, faces, depth=2).surface()
+
+    for call, times in ((work, 10_000), (build, 300)):
+        for _ in range(times // 10):
+            call()
+        gc.collect()
+        blocks, size = sys.getallocatedblocks(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        for _ in range(times):
+            call()
+        gc.collect()
+        assert sys.getallocatedblocks() - blocks < times // 20
+        assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - size < 20_000  # kB
