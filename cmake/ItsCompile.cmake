@@ -32,6 +32,10 @@ if(ITS_SANITIZE)
   endif()
 endif()
 
+if(ITS_FUZZ)
+  target_compile_options(its_compile INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 find_program(ITS_CCACHE ccache)
 if(ITS_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   # Without this sloppiness, ccache takes nothing that was compiled with a precompiled header from its cache; with this

@@ -1,17 +1,19 @@
 #!/usr/bin/env bash
-# Builds and runs the tests under sanitizers: address + undefined behaviour in build-asan, threads in build-tsan.
+# Builds and runs the tests under sanitizers: address + undefined behaviour in build-asan, threads in build-tsan. The
+# compiler is clang (or CXX), so that both compilers build everything; fuzz targets (tests/fuzz/run.sh) share build-asan.
 #   scripts/sanitize.sh [asan|tsan]...      default: both
 #
-# Left out, and counted in what is printed: tests whose suite or own name begins with Slow; because
-# ITS_TEST_MESHES is unset, what tests do with the meshes of that folder; and, under tsan, the programs that run no
-# threads of ours (serial, below; vdb: OpenVDB runs its own, on a TBB that the sanitizer cannot see into). Instrumented code is 3 to 15 times slower, and those repeat the same code paths on more
-# data; scripts/test.sh runs them without sanitizers.
+# Left out, and counted in what is printed: tests whose suite or own name begins with Slow; because ITS_TEST_MESHES is
+# unset, what tests do with the meshes of that folder; the programs in `aside`, below, which look at threads and symbols;
+# and, under tsan, those in `serial`, which run no threads of ours (vdb: OpenVDB runs its own, on a TBB that the sanitizer
+# cannot see into). Instrumented code is 3 to 15 times slower, and those repeat the same code paths on more data;
+# scripts/test.sh runs them without sanitizers.
 set -uo pipefail
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
 unset ITS_TEST_MESHES
-# threads counts those of the process, and the thread sanitizer has one of its own.
-serial=" base cli formats geometry mesh structure threads vdb "  # folders of tests
+aside=" cgal fuzz structure support threads "  # folders of tests
+serial=" base cli formats geometry mesh vdb "
 
 export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1
@@ -23,18 +25,19 @@ run() {
     "$@"
 }
 
-check() {  # check FOLDER SANITIZERS
+check() {  # check FOLDER SANITIZERS OPTION...
     local folder=$1 sanitizers=$2 left_out targets=() suites=() name
     for name in tests/*/*.cpp; do
         name=${name#tests/} && name=${name%%/*}
-        [[ $name == support || $name == cgal || $name == fuzz || " ${suites[*]:-} " == *" $name "* ]] && continue
+        [[ "$aside ${suites[*]:-} " == *" $name "* ]] && continue
         [[ $sanitizers == thread && $serial == *" $name "* ]] && continue
         suites+=("$name") targets+=("test_$name")
     done
     echo "== sanitizers $sanitizers: ${suites[*]}"
     # -O1 with assertions: fast enough to run nearly all tests, and still the code as it was written.
-    run cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 -DITS_WERROR=ON \
-        -DITS_TESTS=ON -DITS_EXAMPLES=OFF -DITS_SANITIZE="$sanitizers" --log-level=NOTICE || return 1
+    run cmake -S . -B "$folder" -G Ninja -DCMAKE_CXX_COMPILER="${CXX:-clang++}" -DCMAKE_BUILD_TYPE=None \
+        -DCMAKE_CXX_FLAGS=-O1 -DITS_WERROR=ON -DITS_TESTS=ON -DITS_EXAMPLES=OFF -DITS_SANITIZE="$sanitizers" \
+        "${@:3}" --log-level=NOTICE || return 1
     run cmake --build "$folder" -j "$jobs" --target "${targets[@]}" || return 1
     local these="^($(IFS='|'; echo "${suites[*]}"))[.]"
     left_out=$(ctest --test-dir "$folder" -N -R '[./]Slow' | sed -n 's/^ *Test *#[0-9]*: /    /p' | grep -v NOT_BUILT)
@@ -47,7 +50,7 @@ check() {  # check FOLDER SANITIZERS
 status=0
 for which in "$@"; do
     case $which in
-        asan) check build-asan address,undefined || status=1 ;;
+        asan) check build-asan address,undefined -DITS_FUZZ=ON || status=1 ;;
         tsan) check build-tsan thread || status=1 ;;
         *) echo "sanitize.sh: error: unknown '$which'; choose asan or tsan" >&2; exit 2 ;;
     esac

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Everything that must hold before a change is merged: build without warnings, tests, format, the Python package,
-# Valgrind, clang-tidy, sanitizers, fuzzing. ITS_TEST_MESHES names a folder of further meshes for the tests.
+# Valgrind, clang-tidy, sanitizers, fuzzing, another architecture. ITS_TEST_MESHES names a folder of further meshes.
 #   scripts/test.sh [--quick]      --quick: build, tests, format and Valgrind only
 # Exit 0 when all passed, 1 otherwise, 2 when packages are missing. Goes on after a failure, except of the build, and
 # ends with the time of each step, by the clock and of all processors.
@@ -59,4 +59,5 @@ step tidy scripts/tidy.sh
 step asan scripts/sanitize.sh asan
 step tsan scripts/sanitize.sh tsan
 step fuzz tests/fuzz/run.sh "${FUZZ_SECONDS:-60}"
+step cross scripts/cross.sh
 finish

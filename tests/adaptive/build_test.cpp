@@ -58,7 +58,7 @@ TEST(Adaptive, ThickShellsOfAllKindsOfMeshesPassACompleteCheck) {
     }
 }
 
-TEST(Adaptive, ThinShellsOfAllKindsOfMeshesPassACompleteCheck) {
+TEST(SlowAdaptive, ThinShellsOfAllKindsOfMeshesPassACompleteCheck) {
     for (const zoo::Entry& entry : zoo::all())
         expect_verified(entry.name, entry.mesh, to_thickness(entry.mesh, 0.04));
 }
@@ -143,10 +143,10 @@ TEST(Adaptive, WhereCellsDoNotSufficeTheShellSaysSo) {
 
 /// Off the origin, where a root cube that is not the lattice's would show.
 TEST(Adaptive, ShellsAreSoundWhereverTheLimitsStopThem) {
-    Mesh mesh = zoo::torus(1, 0.35, 32, 16);
+    Mesh mesh = zoo::torus(1, 0.35, 24, 12);
     for (Vec3& v : mesh.vertices) v = v + Vec3{0.37, 5.21, -3.83};
-    for (const double thickness : {0.005, 0.02, 0.1, 2.0})
-        for (const std::uint64_t cells : {1, 9, 73, 140, 600, 2000}) {
+    for (const double thickness : {0.005, 0.1, 2.0})
+        for (const std::uint64_t cells : {1, 73, 140, 600, 2000}) {
             BuildOptions options = to_thickness(mesh, thickness);
             options.max_cells = cells;
             SCOPED_TRACE(fmt::format("{} cells", cells));

@@ -330,7 +330,7 @@ TEST_F(Commands, AllKeepToTheMemoryThatIsAllowed) {
     const std::string points = shop.add("points.csv", std::string("0,0,0\n1,2,3\n"));
     const std::vector<std::vector<std::string>> commands = {
         {"check", mesh},
-        {"build", mesh, "-o", shell, "--depth", "8"},
+        {"build", mesh, "-o", shell, "--depth", "7"},
         {"info", shell},
         {"query", shell, points, "-o", shop.path("answers.csv")},
         {"simplify", mesh, "-o", shop.path("small.obj"), "--faces", "8"},

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every fuzz target for SECONDS of processor time (default 60), or only the TARGETs named; fails on a finding,
-# which is left in build-fuzz/findings. JOBS targets run at a time (default: one for each processor). CXX chooses the
+# which is left in build-asan/findings. JOBS targets run at a time (default: one for each processor). CXX chooses the
 # compiler (a clang).
 #   tests/fuzz/run.sh [SECONDS [TARGET...]]
 set -euo pipefail
@@ -12,9 +12,11 @@ if ((${#targets[@]} == 0)); then
     for source in tests/fuzz/fuzz_*.cpp; do targets+=("$(basename "$source" .cpp)"); done
 fi
 
-build=build-fuzz jobs=${JOBS:-$(nproc)}
+# The folder and options of scripts/sanitize.sh, for one library.
+build=build-asan jobs=${JOBS:-$(nproc)}
 cmake -S . -B $build -G Ninja -DCMAKE_CXX_COMPILER="${CXX:-clang++}" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
-    -DITS_FUZZ=ON -DITS_TESTS=OFF -DITS_EXAMPLES=OFF -DITS_SANITIZE=address,undefined --log-level=NOTICE >/dev/null
+    -DITS_WERROR=ON -DITS_TESTS=ON -DITS_EXAMPLES=OFF -DITS_SANITIZE=address,undefined -DITS_FUZZ=ON \
+    --log-level=NOTICE >/dev/null
 cmake --build $build -j "$jobs" --target "${targets[@]}" | tail -n 1
 mkdir -p $build/findings
 

@@ -220,7 +220,7 @@ TEST(Cycle, EveryDepthHasTheRightInsideAndSurfaces) {
 
 /// Sides by closest points look at the triangles of an edge, which a T-junction hides.
 TEST(Cycle, ClosestSidesRefuseTJunctions) {
-    EXPECT_THROW(ClosestSides(zoo::cube_t_junction()), InputError);
+    EXPECT_THROW(ClosestSides{zoo::cube_t_junction()}, InputError);
     EXPECT_NO_THROW(ClosestSides(zoo::box({0, 0, 0}, {1, 1, 1})));
 }
 

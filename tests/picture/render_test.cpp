@@ -14,8 +14,6 @@
 namespace its {
 namespace {
 
-constexpr double pi = 3.141592653589793;
-
 ThinShell build_at(const Mesh& mesh, int depth) {
     return build(mesh, {.depth = depth});
 }

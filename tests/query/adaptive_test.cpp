@@ -7,6 +7,7 @@
 #include "its/query.h"
 #include "its/shell.h"
 #include "query/oracle.h"
+#include "support/tries.h"
 #include "support/zoo.h"
 
 // Shells built to a thickness: the same promises as of those with cells of one size.
@@ -39,7 +40,7 @@ void expect_exact(const std::string& name, const Mesh& mesh, double thickness, S
     EXPECT_TRUE(info.adaptive);
     EXPECT_EQ(info.coarse_cells, 0u);
     EXPECT_LE(info.thickness(), info.thickness_asked);
-    const std::vector<Vec3> points = test::hard_points(query.shell(), mesh, count, 11);
+    const std::vector<Vec3> points = test::hard_points(query.shell(), mesh, test::tries(count), 11);
     std::vector<std::int8_t> batch(points.size());
     query.classify(points, batch);
     int wrong = 0;

@@ -13,6 +13,7 @@
 #include "query/decide.h"
 #include "query/oracle.h"
 #include "shell/shell_data.h"
+#include "support/tries.h"
 #include "support/zoo.h"
 
 namespace its {
@@ -30,7 +31,8 @@ void expect_exact(const std::string& name, const Mesh& mesh, int depth, SignRule
     SCOPED_TRACE(name + ", depth " + std::to_string(depth));
     const Query query(build_shell(mesh, depth, rule));
     ASSERT_EQ(query.shell().info().sign, rule);
-    const std::vector<Vec3> points = test::hard_points(query.shell(), mesh, count, std::uint64_t(depth) + 7);
+    const std::vector<Vec3> points =
+        test::hard_points(query.shell(), mesh, test::tries(count), std::uint64_t(depth) + 7);
     int wrong = 0, sides[3] = {};
     for (const Vec3& p : points) {
         const Side expected = test::brute_force_side(mesh, p, rule), side = query.classify(p);

@@ -326,7 +326,7 @@ TEST(Candidates, DoesNotDependOnScaleOrStart) {
         const shell::Range range = shell::candidate_extremes(c, polygon);
         EXPECT_NEAR(std::ldexp(shell::candidate_extremes(large, polygon).max, -300), range.max, 1e-14);
         EXPECT_NEAR(std::ldexp(shell::candidate_extremes(small, polygon).max, 300), range.max, 1e-14);
-        std::ranges::rotate(polygon, polygon.begin() + 1);
+        std::rotate(polygon.begin(), polygon.begin() + 1, polygon.end());
         EXPECT_NEAR(shell::candidate_extremes(c, polygon).max, range.max, 1e-13);
         std::ranges::reverse(polygon);
         EXPECT_NEAR(shell::candidate_extremes(c, polygon).min, range.min, 1e-13);

@@ -281,8 +281,8 @@ TEST(GeneralizedSigns, AgreeWithSolidAngles) {
         const Setting s = setting(mesh, 5);
         const signs::GeneralizedSigns signs(s.mesh, s.lattice, s.voxels, {});
         const distance::TriangleTree tree = distance::make_triangle_tree(mesh.vertices, mesh.triangles, 1);
-        const auto on_mesh = [&](const Vec3& p) {
-            for (std::uint64_t t = 0; t < mesh.triangles.size(); ++t)
+        const auto on_mesh = [&, count = mesh.triangles.size()](const Vec3& p) {
+            for (std::uint64_t t = 0; t < count; ++t)
                 if (distance::squared_distance(tree.block[t / 8], t % 8, p.x, p.y, p.z) < 1e-24) return true;
             return false;
         };

@@ -143,7 +143,7 @@ TEST(Clip, KeepsTheRightSide) {
 /// f by the definition: hats of all levels with coefficients λ_g = D(g) − (sum of the coarser levels at g).
 class HatSum {
 public:
-    explicit HatSum(const shell::ShellData& data) : data_(data) {
+    explicit HatSum(const shell::ShellData& data) {
         for (int k = data.octree.depth; k >= 0; --k) {
             const std::size_t before = hats_.size();
             std::vector<Hat> fresh;
@@ -183,7 +183,6 @@ private:
         return sum;
     }
 
-    const shell::ShellData& data_;
     std::vector<Hat> hats_;
 };
 

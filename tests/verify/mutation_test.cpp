@@ -15,6 +15,7 @@
 #include "shell/shell_data.h"
 #include "shell_file/format.h"
 #include "shell_file/shell_file.h"
+#include "support/tries.h"
 #include "support/zoo.h"
 
 // Every section of a shell's file is changed, one element at a time, so that something that the file says
@@ -412,7 +413,7 @@ void change_everything(const Subject& subject, std::uint64_t most) {
 }
 
 TEST(Mutation, SomeElementsOfEverySection) {
-    for (const Subject& subject : subjects()) change_everything(subject, 8);
+    for (const Subject& subject : subjects()) change_everything(subject, test::tries(8));
 }
 
 TEST(SlowMutation, EveryElementOfEverySection) {
