@@ -208,9 +208,8 @@ public:
                 fmt::format("thickness {}: rounding alone is {} here; ask for more, or move the mesh nearer to "
                             "the origin",
                             options_.thickness, 2 * width * rounding));
-        if (sign_ == SignRule::generalized) find_holes(asked);
-        adaptive::Refined refined = adaptive::refine(refinement_task(room), parts_.until(0.7));
-        open_.reset();
+        adaptive::Refined refined =
+            sign_ == SignRule::generalized ? refine_open(asked, room) : refine_to(room, parts_.until(0.7));
         const int levels = shell_.lattice.depth - refined.depth;
         shell_.lattice = octree::coarser(shell_.lattice, levels);
         positions_ = lattice_positions(mesh_, shell_.lattice);
@@ -330,18 +329,39 @@ private:
         return rounding_error(lattice, steepest, coarsest, 4 * coarsest);
     }
 
+    adaptive::Refined refine_to(double room, const Progress& progress) {
+        return adaptive::refine(refinement_task(room), progress);
+    }
+
+    /// Values at corners of the cells that close holes are distances to these; where in the end no surface cell
+    /// is so small, there would be no such cells to see in the shell: then larger ones close them.
+    adaptive::Refined refine_open(double asked, double room) {
+        for (int level = level_of_holes(asked);;) {
+            close_holes(level);
+            adaptive::Refined refined = refine_to(room, parts_.until(0.7));
+            const int finest = shell_.lattice.depth - refined.depth;
+            open_.reset();
+            if (finest <= level) return refined;
+            level = finest;
+        }
+    }
+
     /// Holes are closed by cells of 16 times the thickness, unless memory allows only larger ones.
-    void find_holes(double asked) {
+    int level_of_holes(double asked) const {
         const octree::Lattice& lattice = shell_.lattice;
         const int coarsest = lattice.depth - least_adaptive_depth;
         int level = std::clamp(std::ilogb(16 * asked), 0, coarsest);
         const std::uint64_t limit = memory_limit(options_.max_memory);
         while (level < coarsest && build_bytes(estimate_size(mesh_, lattice.depth - level)) > limit) ++level;
+        return level;
+    }
+
+    void close_holes(int level) {
         const Stopwatch time;
-        open_.emplace(mesh::Arrays(oriented_), lattice, level, parts_.until(0.2),
+        open_.emplace(mesh::Arrays(oriented_), shell_.lattice, level, parts_.until(0.2),
                       std::exchange(inspection_.filling, {}));
-        seconds_.signs = time.seconds();
-        positions_ = lattice_positions(mesh::Arrays(open_->closed()), lattice);
+        seconds_.signs += time.seconds();
+        positions_ = lattice_positions(mesh::Arrays(open_->closed()), shell_.lattice);
     }
 
     adaptive::Task refinement_task(double room) {
