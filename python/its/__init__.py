@@ -12,13 +12,14 @@ from ._errors import (
     Error,
     FileError,
     InputError,
+    LossWarning,
     MemoryLimitError,
     NotCertified,
     NotReached,
     OptionError,
 )
 from ._its import version as __version__
-from ._mesh import CornerValues, Mesh, MeshLike, Surface, read, write
+from ._mesh import CornerValues, Mesh, MeshLike, Surface, as_mesh, read, write
 from ._reports import (
     Check,
     Closest,
@@ -43,6 +44,7 @@ __all__ = [
     "Error",
     "FileError",
     "InputError",
+    "LossWarning",
     "MemoryLimitError",
     "Mesh",
     "MeshDistance",
@@ -60,6 +62,7 @@ __all__ = [
     "Verification",
     "WrongPart",
     "__version__",
+    "as_mesh",
     "build",
     "check",
     "from_bytes",

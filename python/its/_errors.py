@@ -47,3 +47,7 @@ class NotReached(Error):  # noqa: N818
     def __init__(self, message: str, shell: Shell) -> None:
         super().__init__(message)
         self.shell = shell
+
+
+class LossWarning(UserWarning):
+    """Something of a mesh could not be handed to another package."""

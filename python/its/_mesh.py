@@ -9,8 +9,9 @@ from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from . import _its
+from . import _bridges, _its
 from ._arrays import Array, Floats, as_faces, as_vertices
+from ._bridges import Found, find
 from ._errors import InputError, OptionError
 from ._html import table
 from ._progress import ProgressLike, observer
@@ -83,28 +84,20 @@ class Mesh:
         return write(path, self)
 
     def to_trimesh(self) -> Any:
-        """A ``trimesh.Trimesh``; colours go along where no vertex has two."""
-        from ._bridges import to_trimesh
-
-        return to_trimesh(self)
+        """A ``trimesh.Trimesh``. Colours go along where no vertex has two; what does not is a LossWarning."""
+        return _bridges.to_trimesh(self)
 
     def to_open3d(self, *, legacy: bool = False) -> Any:
         """An ``open3d.t.geometry.TriangleMesh`` with float64 positions, or a legacy mesh."""
-        from ._bridges import to_open3d
-
-        return to_open3d(self, legacy=legacy)
+        return _bridges.to_open3d(self, legacy=legacy)
 
     def to_pyvista(self) -> Any:
         """A ``pyvista.PolyData``."""
-        from ._bridges import to_pyvista
-
-        return to_pyvista(self)
+        return _bridges.to_pyvista(self)
 
     def to_meshio(self) -> Any:
         """A ``meshio.Mesh``."""
-        from ._bridges import to_meshio
-
-        return to_meshio(self)
+        return _bridges.to_meshio(self)
 
 
 @dataclass(eq=False, repr=False)
@@ -125,8 +118,8 @@ class Surface(Mesh):
         }
 
 
-def as_arrays(mesh: MeshLike, faces: Any = None) -> tuple[Array, Array | None]:
-    """(vertices, faces) of anything that is a mesh; faces None: each three vertices are one."""
+def as_arrays(mesh: MeshLike, faces: Any = None) -> tuple[Array, Array]:
+    """(vertices, faces) of anything that is a mesh."""
     if faces is not None:
         return as_vertices(mesh), as_faces(faces)
     if isinstance(mesh, Mesh):
@@ -136,27 +129,38 @@ def as_arrays(mesh: MeshLike, faces: Any = None) -> tuple[Array, Array | None]:
         return mesh.vertices, mesh.faces
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         return as_vertices(mesh[0]), as_faces(mesh[1])
-    from ._bridges import arrays_of
+    found = _found(mesh)
+    return as_vertices(found.vertices), as_faces(found.faces)
 
-    found = arrays_of(mesh)
+
+def _found(mesh: Any) -> Found:
+    found = find(mesh)
     if found is None:
         raise InputError(
             f"a mesh is needed, not {type(mesh).__name__}: a path, (vertices, faces), or an object with "
             "vertices and faces, such as those of trimesh, Open3D, PyVista and meshio"
         )
-    return as_vertices(found[0]), as_faces(found[1])
+    return found
 
 
 def as_mesh(mesh: MeshLike, faces: Any = None) -> Mesh:
-    """The same as a Mesh, with attributes where it has some."""
+    """Anything that is a mesh as a Mesh, with the attributes of its file or the colours of its package.
+
+    A Mesh is returned as it is; arrays may share memory with what was given.
+    """
     if isinstance(mesh, Mesh):
         return mesh
     if faces is None and isinstance(mesh, str | os.PathLike):
         return read(mesh, attributes=True)
-    vertices, triangles = as_arrays(mesh, faces)
-    if triangles is None:
-        triangles = np.arange(len(vertices), dtype=np.uint32).reshape(-1, 3)
-    return Mesh(vertices, triangles)
+    if faces is not None or (isinstance(mesh, tuple | list) and len(mesh) == 2):
+        return Mesh(*as_arrays(mesh, faces))
+    found = _found(mesh)
+    triangles = as_faces(found.faces)
+    colours = None
+    if found.colours is not None:
+        corners = triangles if found.colour_corners is None else found.colour_corners
+        colours = CornerValues(found.colours, corners.astype(np.uint32))
+    return Mesh(as_vertices(found.vertices), triangles, colours=colours)
 
 
 def _corner_values(found: dict[str, tuple[Array, Array]]) -> dict[str, Any]:

@@ -6,8 +6,6 @@ import os
 from dataclasses import asdict, dataclass, field
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from . import _its
 from ._arrays import Floats, Indices
 from ._errors import OptionError
@@ -145,10 +143,7 @@ def simplify(
     :param attributes: carry colours and texture coordinates over
     :raises InputError, OptionError, MemoryLimitError, Cancelled:
     """
-    if faces_of_mesh is None and not attributes:
-        base = Mesh(*_with_faces(*as_arrays(mesh)))
-    else:
-        base = as_mesh(mesh, faces_of_mesh)
+    base = as_mesh(mesh, faces_of_mesh)
     if ratio is not None:
         if faces is not None or not 0 < ratio <= 1:
             raise OptionError("ratio: give a share in (0, 1], and not faces as well")
@@ -171,10 +166,6 @@ def simplify(
     return Simplified(
         Mesh(vertices, triangles, **_corner_values(values)), report["proven_bound"], report["stop"], report
     )
-
-
-def _with_faces(vertices: Any, faces: Any) -> tuple[Any, Any]:
-    return vertices, np.arange(len(vertices)).reshape(-1, 3) if faces is None else faces
 
 
 def _rule(sign: str | None) -> str | None:
