@@ -158,7 +158,8 @@ def to_pyvista(mesh: Mesh) -> Any:
     """Points stay float64."""
     import pyvista
 
-    made = pyvista.PolyData.from_regular_faces(np.array(mesh.vertices), np.array(mesh.faces, np.int64))
+    faces: Any = np.array(mesh.faces, np.int64)
+    made = pyvista.PolyData.from_regular_faces(np.array(mesh.vertices), faces)
     colours = _vertex_colours(mesh, "PyVista")
     if colours is not None:
         made.point_data["colours"] = colours

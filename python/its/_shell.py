@@ -447,7 +447,7 @@ def build(
         max_memory=bytes_of(max_memory),
     )
     shell = Shell._of(_its.build(*as_arrays(mesh, faces), options, threads, observer(progress)))
-    if strict and shell._info["coarse_cells"] > 0:
+    if strict and thickness is not None and shell._info["coarse_cells"] > 0:
         raise NotReached(
             f"the shell is {shell.thickness:.6g} thick, not {shell._info['thickness_asked']:.6g}: "
             f"{shell._info['coarse_cells']:,} cells are too coarse; allow more cells or memory",

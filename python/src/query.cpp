@@ -131,6 +131,20 @@ void closest(Shell& shell, const Points& points, const OutRows<double, 3>& point
     });
 }
 
+/// NaN where there is no side.
+double with_side(double distance, std::int8_t code) {
+    switch (Side(code)) {
+        case Side::inside:
+            return -distance;
+        case Side::on_surface:
+            return 0;
+        case Side::outside:
+            return distance;
+        default:
+            return std::numeric_limits<double>::quiet_NaN();
+    }
+}
+
 /// The distance with the sign of the side: exact as both are. NaN for points that are not finite.
 void signed_distance(Shell& shell, const Points& points, const Out<double>& out, int threads,
                      const nb::object& observer) {
@@ -143,10 +157,7 @@ void signed_distance(Shell& shell, const Points& points, const Out<double>& out,
             for (std::uint64_t i = 0; i < found.size(); ++i) {
                 // A distance that is rounded to 0 keeps its sign.
                 const double distance = std::max(found[i].distance, std::numeric_limits<double>::denorm_min());
-                const auto side = Side(codes[i]);
-                out.data()[begin + i] = side == Side::inside       ? -distance
-                                        : side == Side::on_surface ? 0.0
-                                                                   : distance;
+                out.data()[begin + i] = with_side(distance, codes[i]);
             }
         });
     });
