@@ -22,8 +22,8 @@ fi
 # The same flags as scripts/test.sh: ccache has compiled the library already.
 "$python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
     -C cmake.define.ITS_WERROR=ON .
-"$venv/bin/ruff" format --check python
-"$venv/bin/ruff" check python
+"$venv/bin/ruff" format --check python bench/python_peers.py
+"$venv/bin/ruff" check python bench/python_peers.py
 "$venv/bin/mypy" -p its --python-executable "$python"
 "$venv/bin/mypy" python/tests --python-executable "$python"
 PYTHONDONTWRITEBYTECODE=1 "$python" -m pytest "$@"

@@ -141,3 +141,17 @@ def test_memory_does_not_grow() -> None:
         gc.collect()
         assert sys.getallocatedblocks() - blocks < times // 20
         assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - size < 20_000  # kB
+
+
+def test_subinterpreters_are_refused() -> None:
+    name = "_interpreters" if sys.version_info >= (3, 13) else "_xxsubinterpreters"
+    interpreters = pytest.importorskip(name)
+    interpreter = interpreters.create()
+    code = "import sys\nsys.path[:] = " + repr(sys.path) + "\nimport its._its"
+    try:
+        raised = interpreters.run_string(interpreter, code)
+    except interpreters.RunFailedError as error:  # until 3.12
+        raised = error
+    finally:
+        interpreters.destroy(interpreter)
+    assert "module" in str(raised)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import its
 from conftest import cube, torus
-from its._arrays import Floats
+from its._arrays import Floats, as_faces, as_points, as_vertices
 
 QUESTIONS = ["classify", "contains", "signed_distance", "value", "gradient", "distance_bounds"]
 ROW = {"gradient": (3,), "distance_bounds": (2,)}
@@ -222,3 +222,17 @@ def test_any_number_at_all(asked: list[tuple[float, float, float]]) -> None:
 
 
 SMALL = its.build(*cube(), depth=3)
+
+
+def test_nothing_is_copied_that_need_not_be(points: Floats) -> None:
+    batch = np.zeros((4, 5, 3))
+    for given in (points, batch, points[10:20]):
+        assert np.shares_memory(as_points(given)[0], given)
+    vertices, faces = torus()
+    for v in (vertices, vertices.astype(np.float32), vertices[::2], np.asfortranarray(vertices)):
+        assert np.shares_memory(as_vertices(v), v)
+    for dtype in ("i2", "u2", "i4", "u4", "i8", "u8"):
+        given = faces.astype(dtype)
+        assert np.shares_memory(as_faces(given), given)
+    shell = its.build(vertices, faces, depth=3)
+    assert np.shares_memory(shell.mesh.vertices, shell.mesh.vertices)
