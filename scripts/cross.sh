@@ -91,8 +91,10 @@ for kind in closed open flap; do wavy $kind; done
 
 failed=0
 emulate=(qemu-aarch64 -L "/usr/$machine")
-run_test() {  # run_test NAME, its output to a log; memory is that of the emulator
-    "${emulate[@]}" "$build/tests/test_$1" --gtest_brief=1 --gtest_filter='-*Slow*:*RealMeshes*:Memory.*' \
+# Left out: what takes minutes here, or looks at memory, which is the emulator's.
+left_out='*Slow*:*RealMeshes*:*OnClosedMeshes:ExtremeSizes.*:Memory.*:*Estimate*'
+run_test() {  # run_test NAME, its output to a log
+    "${emulate[@]}" "$build/tests/test_$1" --gtest_brief=1 --gtest_filter="-$left_out" \
         >"$build/$1.log" 2>&1 || { cat "$build/$1.log"; touch "$build/failed"; }
     echo "$1: $(tail -n 1 "$build/$1.log")"
 }
