@@ -133,7 +133,16 @@ Built build_and_save(const Options& options, const Mesh& mesh) {
     return {.shell = shell, .mesh = report, .write = writing.seconds()};
 }
 
+/// What goes with a thickness only, given or the default one.
+void check_limits(const Options& options) {
+    if (!options.build.depth) return;
+    if (options.thickness.given()) throw OptionError("--thickness and --depth: give one of them");
+    if (options.build.max_cells > 0 || options.build.deepest || options.strict)
+        throw OptionError("--max-cells, --max-depth and --strict do not go with --depth");
+}
+
 int run(Options options) {
+    check_limits(options);
     check_output(options.output, options.mesh);
     const Stopwatch reading;
     const MeshFile file = read_mesh_with_warnings(options.mesh, options.common);
@@ -157,7 +166,7 @@ int run(Options options) {
         print_report(options, built);
     if (built.shell.info().coarse_cells == 0) return done;
     print_message("warning", fmt::format("{}: {}", options.mesh, coarse_text(built.shell.info())));
-    return check_failed;
+    return options.thickness.given() ? check_failed : done;
 }
 
 }  // namespace
@@ -168,27 +177,25 @@ Action add_build(CLI::App& app) {
     app.add_option("-o,--output", options->output, "File to write")->required()->type_name("SHELL.its");
     app.add_option_function<std::string>(
            "--depth", [options](const std::string& text) { options->build.depth = parse_depth(text); },
-           fmt::format("Finest cells are the longest side / 2^K wide, K from 0 to {};\n"
-                       "auto (default): about four triangles in a cell, within the memory, at least 6",
+           fmt::format("All cells that meet the mesh are the longest side / 2^K wide, K from 0\n"
+                       "to {}; auto (default): as large as the thickness allows",
                        max_depth))
         ->type_name("K|auto");
-    CLI::Option* const thickness = options->thickness.declare(
-        app, "--thickness",
-        "Cells as large as a shell of this thickness allows, instead of a depth; mesh\n"
-        "units, or with % of the longest side",
-        true);
+    options->thickness.declare(app, "--thickness",
+                               "Cells are as large as a shell of this thickness allows; mesh units, or with %\n"
+                               "of the longest side; default: 0.2%",
+                               true);
     app.add_option("--max-cells", options->build.max_cells,
-                   "Cells of all levels, at most, with --thickness;\nthe coarsest shell of all may have more")
+                   fmt::format("Cells of all levels, at most; the coarsest shell of all may have more.\n"
+                               "Default: any number with --thickness, else {} millions, and {} a triangle",
+                               default_max_cells / 1'000'000, default_cells_per_triangle))
         ->type_name("N")
-        ->needs(thickness);
-    app.add_option(
-           "--max-depth", options->build.deepest,
-           fmt::format("Cells are at least the longest side / 2^K wide, with --thickness; K from {} to {}",
-                       least_adaptive_depth, max_adaptive_depth))
-        ->type_name("K")
-        ->needs(thickness);
-    app.add_flag("--strict", options->strict, "Write nothing where the thickness asked for is not reached")
-        ->needs(thickness);
+        ->check(CLI::PositiveNumber);
+    app.add_option("--max-depth", options->build.deepest,
+                   fmt::format("Cells are at least the longest side / 2^K wide, K from {} to {}",
+                               least_adaptive_depth, max_adaptive_depth))
+        ->type_name("K");
+    app.add_flag("--strict", options->strict, "Write nothing where the thickness is not reached");
     Choices<std::optional<SignRule>> rules = {{"auto", std::nullopt}};
     for (const auto& rule :
          choices_of({SignRule::winding, SignRule::generalized, SignRule::even_odd, SignRule::unsigned_rule}))

@@ -141,9 +141,8 @@ Json shell_json(const ThinShell& shell, const Run& run) {
 
 std::string coarse_text(const ShellInfo& info) {
     return fmt::format(
-        "the shell is {} thick, not {} as was asked for: {} of {} surface cells are too coarse, between ({}, "
-        "{}, "
-        "{}) and ({}, {}, {}); more memory, more or deeper cells, or a larger thickness would do",
+        "the shell is {} thick instead of {}: {} of {} surface cells are too coarse, between ({}, {}, {}) and "
+        "({}, {}, {}); more memory, more or deeper cells, or a larger thickness would do",
         length_text(info.thickness()), length_text(info.thickness_asked), count_text(info.coarse_cells),
         count_text(info.surface_cells), length_text(info.coarse.min.x), length_text(info.coarse.min.y),
         length_text(info.coarse.min.z), length_text(info.coarse.max.x), length_text(info.coarse.max.y),

@@ -8,6 +8,7 @@
 #include "common.h"
 #include "its/distance.h"
 #include "its/mesh_file.h"
+#include "length.h"
 #include "parts.h"
 #include "report.h"
 #include "up.h"
@@ -24,6 +25,7 @@ struct Options {
     bool no_attributes = false, single = false;
     WeldOption weld;
     UpOption up;
+    LengthOption thickness;
 };
 
 /// A mesh as it is simplified.
@@ -115,9 +117,9 @@ void print_report(const Options& options, const Input& input, const SimplifyRepo
     if (report.proven_bound)
         table.row("Proven, both ways", fmt::format("every point within {}", length_text(*report.proven_bound)));
     if (report.shell)
-        table.row("Shell", fmt::format("depth {}, [{}, {}]{}", report.shell->depth,
+        table.row("Shell", fmt::format("{} thick, [{}, {}], depth {}{}", length_text(report.shell->thickness()),
                                        length_text(report.shell->epsilon_inner),
-                                       length_text(report.shell->epsilon_outer),
+                                       length_text(report.shell->epsilon_outer), report.shell->depth,
                                        report.in_shell ? "; every point of the result is in it, proven" : ""));
     if (report.parts) add_part_rows(table, *report.parts);
     if (options.simplify.turn_parts)
@@ -175,6 +177,8 @@ int run(const Options& options) {
 
     ProgressBar bar(options.common.quiet);
     SimplifyOptions simplify_options = options.simplify;
+    if (options.thickness.given())
+        naming_file(options.mesh, [&] { simplify_options.thickness = options.thickness.length(file.mesh); });
     simplify_options.run = options.common.run(bar);
     // Half-edges, quadrics, queue and proof: 500 bytes a triangle were measured, and a shell's, if any,
     // besides.
@@ -223,10 +227,13 @@ Action add_simplify(CLI::App& app) {
                    "from the result: proven; mesh units")
         ->type_name("LENGTH");
     app.add_option("--faces", simplify.faces, "Stop at this number of triangles")->type_name("N");
+    options->thickness.declare(app, "--thickness",
+                               "Stay in the shell of this thickness as well, in mesh units, or with % of the\n"
+                               "longest side; default: no shell with --tolerance or --faces; by vertex with\n"
+                               "--faces the thinnest found that allows so few; else as its build makes it",
+                               true);
     app.add_option("--depth", simplify.depth,
-                   fmt::format("Stay in the shell of this depth, 0 to {}; default: none with --tolerance or\n"
-                               "--faces, the greatest that reaches these by vertex, else as its build chooses",
-                               max_depth))
+                   fmt::format("Instead of a thickness: the shell of cells of one size, 0 to {}", max_depth))
         ->type_name("K");
     app.add_option("--gamma", simplify.gamma, "priority: weight of f² beside the quadric error; default 1")
         ->type_name("GAMMA");

@@ -100,6 +100,7 @@ Json surface_json(const Written& written, double scale) {
     json["components_enclosed"] = report.components_enclosed;
     json["cell_width"] = report.cell_width;
     json["cells"] = report.cells;
+    json["thickness_wanted"] = report.thickness_wanted > 0 ? Json(report.thickness_wanted) : Json(nullptr);
     json["depth_wanted"] = report.depth_wanted > 0 ? Json(report.depth_wanted) : Json(nullptr);
     json["distance_to_mesh"] = length(report.to_mesh);
     json["distance_from_mesh"] = length(report.from_mesh);

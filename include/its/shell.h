@@ -37,20 +37,24 @@ std::string_view name(Solver solver);
 std::optional<Solver> parse_solver(std::string_view name);
 
 inline constexpr int max_depth = 16;  ///< the largest depth K of a shell with cells of one size
+/// Of a shell for which neither a thickness nor a depth is asked: longest sides of the mesh, and, so that no
+/// mesh takes minutes, the cells of all levels.
+inline constexpr double default_thickness = 0.002;
+inline constexpr std::uint64_t default_max_cells = 4'000'000, default_cells_per_triangle = 4;
 inline constexpr int least_adaptive_depth = 3,
                      max_adaptive_depth = 20;  ///< the same of one that was built to a thickness
 
 struct BuildOptions {
-    /// K, in [0, max_depth]; the finest cell is s·2⁻ᴷ wide. Empty: chosen so that a surface cell holds
-    /// about four triangles, within max_memory, but at least 6.
+    /// K, in [0, max_depth]: all cells that meet the mesh are s·2⁻ᴷ wide. Empty: built to a thickness.
     std::optional<int> depth = {};
-    /// ε₂ − ε₁ shall be at most this, mesh units; 0: as the depth makes it. Cells that meet the mesh are then
-    /// as large as this allows: many times fewer than with cells of one size (docs/design/adaptive.md). Where
-    /// cells or memory do not suffice, the shell is as thin as they allow, see ShellInfo::coarse_cells. Not
-    /// with `depth`, nor with Extrema::candidates or Solver::lscg.
+    /// ε₂ − ε₁ shall be at most this, mesh units; 0: default_thickness, or, far from the origin, what roundings
+    /// allow. Cells that meet the mesh are as large as this allows: many times fewer than with cells of one
+    /// size (docs/design/adaptive.md). Where cells or memory do not suffice, the shell is as thin as they
+    /// allow, see ShellInfo::coarse_cells. Not with `depth`, which Extrema::candidates and Solver::lscg need.
     double thickness = 0;
     /// Of all levels, of a shell that is built to a thickness; the coarsest one, whose surface cells are of
-    /// depth least_adaptive_depth, may have more. 0: any number.
+    /// depth least_adaptive_depth, may have more. 0: any number, but where the thickness is the default one,
+    /// default_max_cells + default_cells_per_triangle · triangles.
     std::uint64_t max_cells = 0;
     /// Of a shell that is built to a thickness: cells are at least s·2⁻ᴷ wide, K from least_adaptive_depth to
     /// max_adaptive_depth. Empty: max_adaptive_depth.
@@ -89,10 +93,10 @@ struct ShellInfo {
     std::uint64_t cells = 0;          ///< of all levels
     std::uint64_t memory_bytes = 0;   ///< of the shell without its copy of the mesh
     std::array<std::uint64_t, 2> input_hash = {};  ///< input_hash() of mesh and options; 0: not known
-    double thickness_asked = 0;      ///< BuildOptions::thickness; 0: cells that meet M are of one size
+    double thickness_asked = 0;      ///< BuildOptions::thickness or the default; 0: it was built at a depth
     std::uint64_t coarse_cells = 0;  ///< surface cells in which f on M is not proven as small as was asked for
     Box coarse = {};                 ///< the bounds of these
-    std::uint64_t max_cells = 0;     ///< as in BuildOptions
+    std::uint64_t max_cells = 0;     ///< BuildOptions::max_cells or the default; 0: any number
     int deepest = -1;                ///< BuildOptions::deepest; −1: empty
     bool adaptive = false;           ///< cells that meet M are of several sizes; `depth` is that of the finest
     double thickness() const { return epsilon_outer - epsilon_inner; }  ///< ε₂ − ε₁
@@ -155,10 +159,11 @@ private:
 ThinShell build(const MeshView& mesh, const BuildOptions& options = {}, MeshReport* report = nullptr);
 
 /// A hash of all that the result of build() depends on: the mesh, the options as given (not how they
-/// are to run), the depth, given or chosen, and the version of this library. ShellInfo::input_hash has it, so
-/// that a stored shell can be recognised. 128 bits, not meant to withstand somebody who wants two inputs to
-/// agree. Meshes with the same numbers have the same hash, whatever the layout of their arrays. \throws
-/// InputError on indices that no Triangle can hold, and as MeshView says; where the depth is to be chosen,
+/// are to run), the depth or thickness, given or the default, and the version of this library.
+/// ShellInfo::input_hash has it, so that a stored shell can be recognised. 128 bits, not meant to withstand
+/// somebody who wants two inputs to agree. Meshes with the same numbers have the same hash, whatever the layout
+/// of their arrays. \throws InputError on indices that no Triangle can hold, and as MeshView says; where no
+/// depth is given,
 ///         besides, as build()
 std::array<std::uint64_t, 2> input_hash(const MeshView& mesh, const BuildOptions& options = {});
 

@@ -34,18 +34,20 @@ std::optional<SimplifyMethod> parse_simplify_method(std::string_view name);
 ///
 /// Both: the tolerance is not exceeded, and the count ends it.
 ///
-/// `depth`: besides, every point of R evaluates to f in [ε₁, ε₂] of the shell of that depth.
+/// `thickness` or `depth`: besides, every point of R evaluates to f in [ε₁, ε₂] of that shell.
 ///
-/// Neither `tolerance` nor `faces`: the shell alone, of the depth that build() chooses if none is given.
+/// Neither `tolerance` nor `faces`: the shell alone, the one that build() makes if neither is given.
 struct SimplifyOptions {
     SimplifyMethod method = SimplifyMethod::certified;
     /// Stop at this many triangles or fewer; at least what the mesh's topology needs. priority and qem need it.
     std::optional<std::uint64_t> faces = {};
     /// Mesh units, > 0; certified only.
     std::optional<double> tolerance = {};
-    /// Of the shell, in [0, max_depth]; not for qem. Empty: as build() chooses it; by `vertex` with `faces` the
-    /// greatest from there down at which the number is reached, if there is one, else 0.
+    /// Of the shell, as in BuildOptions: one of them, or none; not for qem. None: as build() makes it by
+    /// itself; by `vertex` with `faces`, of shells that are thicker and thicker from there on the first in
+    /// which the number is reached.
     std::optional<int> depth = {};
+    double thickness = 0;
     std::optional<SignRule> sign = {};  ///< of the shell; empty: by the state of the mesh
     bool turn_parts = false;            ///< simplify what turn_parts() makes of the mesh
     double gamma = 1;  ///< γ ≥ 0 of priority. Errors and f are in units of the longest side of the bounds, and

@@ -122,6 +122,7 @@ def simplify(
     faces: int | None = None,
     ratio: float | None = None,
     method: str | None = None,
+    thickness: float | None = None,
     depth: int | None = None,
     sign: str | None = None,
     gamma: float | None = None,
@@ -138,7 +139,8 @@ def simplify(
     :param faces: stop at so many triangles, within the least tolerance found that allows so few
     :param ratio: the same as a share of the mesh's triangles, in (0, 1]
     :param method: "certified"; "vertex", "priority" and "qem" prove nothing about distances
-    :param depth: stay, besides, in the shell of this depth
+    :param thickness: stay, besides, in the shell of this thickness, mesh units
+    :param depth: the same with the shell of this depth
     :param self_intersections: False: the result has none, and the mesh must have none
     :param attributes: carry colours and texture coordinates over
     :raises InputError, OptionError, MemoryLimitError, Cancelled:
@@ -152,6 +154,7 @@ def simplify(
         tolerance=None if tolerance is None else float(tolerance),
         faces=faces,
         method=method,
+        thickness=None if thickness is None else float(thickness),
         depth=depth,
         sign=_rule(sign),
         gamma=gamma,

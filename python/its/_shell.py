@@ -426,7 +426,7 @@ def build(
     """Builds the shell of any mesh, of which it keeps a copy.
 
     :param mesh: vertices, with ``faces``; or a path, (vertices, faces), a mesh of another package
-    :param thickness: ε₂ - ε₁ shall be at most this, mesh units
+    :param thickness: ε₂ - ε₁ shall be at most this, mesh units; default: 0.2 % of the longest side
     :param depth: instead: K of a shell with cells of one size, scale · 2**-K wide
     :param sign: "auto", "winding", "generalized", "even-odd" or "unsigned"
     :param max_cells, max_depth, max_memory: limits of a shell that is built to a thickness

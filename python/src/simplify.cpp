@@ -34,6 +34,7 @@ SimplifyOptions simplify_options(const nb::dict& given) {
     take_choice(given, "method", options.method, parse_simplify_method);
     take(given, "faces", options.faces);
     take(given, "tolerance", options.tolerance);
+    take(given, "thickness", options.thickness);
     take(given, "depth", options.depth);
     take_choice(given, "sign", options.sign, parse_sign_rule);
     take(given, "turn_parts", options.turn_parts);

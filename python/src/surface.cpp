@@ -25,6 +25,7 @@ nb::dict dict_of(const SurfaceReport& report) {
     dict["reason"] = report.reason;
     dict["components"] = report.components;
     dict["components_enclosed"] = report.components_enclosed;
+    dict["thickness_wanted"] = report.thickness_wanted;
     dict["depth_wanted"] = report.depth_wanted;
     dict["cell_width"] = report.cell_width;
     dict["cells"] = report.cells;

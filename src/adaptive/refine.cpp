@@ -341,8 +341,9 @@ private:
             for (const std::uint32_t group : part) queue(group);
     }
 
+    /// Groups whose points are all free have nothing to become.
     void gather_towards(std::uint32_t group, int direction, std::vector<std::uint32_t>& found) const {
-        found.push_back(group);
+        if (tree_[group].free != all_points) found.push_back(group);
         for (unsigned left = tree_[group].subdivided & children_towards[std::size_t(direction)]; left != 0;
              left &= left - 1)
             gather_towards(tree_.links(group).child[std::size_t(std::countr_zero(left))], direction, found);
@@ -358,7 +359,7 @@ private:
             find_free(groups);
             find_distances(groups);
             parallel_for(groups.size(), copy_grain,
-                         [&](std::uint64_t i) { copy_from_owners(groups[i], newly_[i]); });
+                         [&](std::uint64_t i) { copy_from_owners(groups[i], deferred_[i]); });
             set_values(groups);
         }
         std::sort(open_.begin(), open_.end());
@@ -372,6 +373,7 @@ private:
     /// finer or more.
     void find_free(const std::vector<std::uint32_t>& groups) {
         newly_.assign(groups.size(), 0);
+        deferred_.assign(groups.size(), 0);
         std::vector<std::vector<Place>> coarse(chunk_count(groups.size(), copy_grain));
         for_chunks(groups.size(), copy_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
             for (std::uint64_t i = begin; i < end; ++i)
@@ -380,31 +382,6 @@ private:
         if (!task_.balanced) return;
         for (const auto& part : coarse)
             for (const Place& leaf : part) splits_.push_back(number_of(leaf));
-    }
-
-    /// The group that is to find the value of a point that has become free, if no other has it: the first one.
-    std::uint32_t owner(std::uint32_t group, int point) const {
-        std::uint32_t first = group;
-        const Sharings& shared = sharings[std::size_t(point)];
-        for (int i = 0; i < shared.count; ++i)
-            first =
-                std::min(first, tree_.links(group).around[std::size_t(shared.with[std::size_t(i)].direction)]);
-        return first;
-    }
-
-    /// A group that had the value before, and the point's number there.
-    std::pair<std::uint32_t, int> known(std::uint32_t group, int point) const {
-        const Sharings& shared = sharings[std::size_t(point)];
-        for (int i = 0; i < shared.count; ++i) {
-            const Sharing& with = shared.with[std::size_t(i)];
-            const std::uint32_t next = tree_.links(group).around[std::size_t(with.direction)];
-            if (next != none && (tree_[next].free >> with.point & 1)) return {next, with.point};
-        }
-        return {none, 0};
-    }
-
-    bool is_corner_of_parent(int level, int point) const {
-        return level < tree_.depth() && (corner_points >> point & 1);
     }
 
     Cube parent_cube(const Group& group) const {
@@ -449,30 +426,56 @@ private:
         for_chunks(groups.size(), group_grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
             distance::PointDistances search(search_);
             std::uint64_t count = 0;
-            for (std::uint64_t i = begin; i < end; ++i) count += find_in_group(groups[i], newly_[i], search);
+            for (std::uint64_t i = begin; i < end; ++i)
+                count += find_in_group(groups[i], newly_[i], search, deferred_[i]);
             evaluated.fetch_add(count, std::memory_order_relaxed);
         });
         distances_ += evaluated;
     }
 
-    std::uint64_t find_in_group(std::uint32_t number, std::uint32_t newly, distance::PointDistances& search) {
+    /// Values that groups around had before. \param wanted  points; those that are found are taken out
+    /// \returns  of the others, those that a group around with a lower number finds
+    std::uint32_t copy_known(std::uint32_t number, std::uint32_t& wanted) {
+        Group& group = tree_[number];
+        std::uint32_t others = 0;
+        for (int n = 0; n < octree::neighbours && wanted != 0; ++n) {
+            const octree::SharedPoints& shared = octree::shared_points[std::size_t(n)];
+            const std::uint32_t next = tree_.links(number).around[std::size_t(n)];
+            if (n == octree::itself || next == none || (shared.bits & wanted) == 0) continue;
+            const Group& other = tree_[next];
+            if (next < number) others |= shared.bits;
+            for (std::size_t i = 0; i < std::size_t(shared.count); ++i) {
+                const unsigned ours = shared.ours[i], theirs = shared.theirs[i];
+                if ((wanted >> ours & other.free >> theirs & 1) == 0) continue;
+                group.value[ours] = other.value[theirs];
+                wanted &= ~(1u << ours);
+            }
+        }
+        return others & wanted;
+    }
+
+    /// \param deferred  receives the points whose values another group finds
+    std::uint64_t find_in_group(std::uint32_t number, std::uint32_t newly, distance::PointDistances& search,
+                                std::uint32_t& deferred) {
         Group& group = tree_[number];
         const Cube parent = parent_cube(group);
         std::array<int, group_points> points;
         std::size_t count = 0;
-        for (std::uint32_t left = newly; left != 0; left &= left - 1) {
+        std::uint32_t wanted = newly;
+        for (std::uint32_t left = newly & (group.level < tree_.depth() ? corner_points : 0); left != 0;
+             left &= left - 1) {  // the parent's corners are free, too
             const int p = std::countr_zero(left);
-            if (is_corner_of_parent(group.level, p)) {
-                const int above = group_point(int(group.parent & 7), corner_number(p));
-                group.value[std::size_t(p)] = tree_[group.above].value[std::size_t(above)];
-            } else if (const auto [from, there] = known(number, p); from != none) {
-                group.value[std::size_t(p)] = tree_[from].value[std::size_t(there)];
-            } else if (owner(number, p) == number) {
-                if (const double* const found = hanging_.find(key_of(group, p)))
-                    group.value[std::size_t(p)] = *found;
-                else
-                    points[count++] = p;
-            }
+            const int above = group_point(int(group.parent & 7), corner_number(p));
+            group.value[std::size_t(p)] = tree_[group.above].value[std::size_t(above)];
+            wanted &= ~(1u << p);
+        }
+        deferred = copy_known(number, wanted);
+        for (std::uint32_t left = wanted & ~deferred; left != 0; left &= left - 1) {
+            const int p = std::countr_zero(left);
+            if (const double* const found = hanging_.find(key_of(group, p)))
+                group.value[std::size_t(p)] = *found;
+            else
+                points[count++] = p;
         }
         if (count == 0) return 0;
         search.begin(parent.corner + Vec3{0.5 * parent.width, 0.5 * parent.width, 0.5 * parent.width},
@@ -508,19 +511,21 @@ private:
         return most;
     }
 
-    void copy_from_owners(std::uint32_t number, std::uint32_t newly) {
-        Group& group = tree_[number];
-        for (std::uint32_t left = newly; left != 0; left &= left - 1) {
-            const int p = std::countr_zero(left);
-            if (is_corner_of_parent(group.level, p) || known(number, p).first != none) continue;
-            const std::uint32_t first = owner(number, p);
-            if (first == number) continue;
+    /// The first of the groups that share a point has found its value.
+    void copy_from_owners(std::uint32_t number, std::uint32_t deferred) {
+        for (; deferred != 0; deferred &= deferred - 1) {
+            const int p = std::countr_zero(deferred);
             const Sharings& shared = sharings[std::size_t(p)];
+            std::uint32_t first = number;
+            int there = p;
             for (int i = 0; i < shared.count; ++i) {
                 const Sharing& with = shared.with[std::size_t(i)];
-                if (tree_.links(number).around[std::size_t(with.direction)] == first)
-                    group.value[std::size_t(p)] = tree_[first].value[std::size_t(with.point)];
+                const std::uint32_t next = tree_.links(number).around[std::size_t(with.direction)];
+                if (next >= first) continue;
+                first = next;
+                there = with.point;
             }
+            tree_[number].value[std::size_t(p)] = tree_[first].value[std::size_t(there)];
         }
     }
 
@@ -719,6 +724,7 @@ private:
     std::vector<std::uint32_t> open_, missing_;     ///< leaves to be judged, and those to be judged again
     std::vector<std::vector<std::uint32_t>> work_;  ///< by level: groups that wait
     std::vector<std::uint32_t> newly_;              ///< of the groups at work: points that have become free
+    std::vector<std::uint32_t> deferred_;           ///< of these, points whose values other groups find
     std::uint64_t distances_ = 0;
     int passes_ = 0;
     bool complete_ = true;

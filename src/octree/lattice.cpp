@@ -94,6 +94,7 @@ Lattice make_lattice(const Box& box, int depth) {
 Lattice make_nested_lattice(const Box& box, int depth, int coarsest) {
     Lattice lattice = make_lattice(box, depth);  // s has the bits that this depth leaves it
     const int finer = depth - coarsest;
+    if (finer == 0) return lattice;
     const double quarter = std::ldexp(0.25 * lattice.width, finer);
     for (int axis = 0; axis < 3; ++axis) {
         const double centre = box.min[axis] + 0.5 * (box.max[axis] - box.min[axis]);

@@ -30,7 +30,6 @@ constexpr std::uint64_t bytes_per_triangle = 100, search_bytes_per_triangle = 20
                         tree_bytes_per_triangle = 270;
 
 constexpr std::uint64_t triangle_grain = 65536;
-constexpr double triangles_per_cell = 4;  // what automatic_depth aims at
 
 // The share of the expected growth that a mesh has at least, whatever its position: a sheet in a lattice plane
 // meets two layers of cells at every level, or one.
@@ -222,21 +221,6 @@ void MemoryBudget::check_level(int level, std::uint64_t cells, std::uint64_t pai
     };
     const std::uint64_t finest = grown(cells, here.surface_cells, below.surface_cells);
     check({mesh_.triangles, finest / 8, finest, std::max(grown(pairs, here.pairs, below.pairs), finest)});
-}
-
-int automatic_depth(const mesh::Arrays& mesh, std::uint64_t options_limit) {
-    const std::uint64_t limit = memory_limit(options_limit);
-    const MeshMeasure measured = measure(mesh);
-    const int deepest = octree::deepest_lattice(octree::bounds(mesh), max_depth);
-    int depth = std::min(least_automatic_depth, deepest);
-    // Triangles per cell fall by 2 to 4 a level: take the last depth that still holds that many.
-    for (int next = depth + 1; next <= deepest; ++next) {
-        const BuildSize size = estimate_size(measured, next);
-        if (double(size.pairs) < triangles_per_cell * double(size.surface_cells) || build_bytes(size) > limit)
-            break;
-        depth = next;
-    }
-    return depth;
 }
 
 }  // namespace its::shell

@@ -60,9 +60,4 @@ private:
     std::uint64_t limit_;
 };
 
-/// The depth at which a surface cell holds about four triangles, and that fits into `options_limit`; but at
-/// least least_automatic_depth, if a lattice there can be exact at all so far from the origin.
-inline constexpr int least_automatic_depth = 6;
-int automatic_depth(const mesh::Arrays& mesh, std::uint64_t options_limit);
-
 }  // namespace its::shell

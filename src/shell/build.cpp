@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -26,8 +25,8 @@
 #include "shell/access.h"
 #include "shell/budget.h"
 #include "shell/extremes.h"
-#include "shell/input_hash.h"
 #include "shell/shell_data.h"
+#include "shell/target.h"
 #include "signs/signs.h"
 
 namespace its {
@@ -51,17 +50,18 @@ void check_thickness(const BuildOptions& options) {
     if (options.deepest && (*options.deepest < least_adaptive_depth || *options.deepest > max_adaptive_depth))
         throw OptionError(fmt::format("deepest cells of depth {}: must be {} to {}", *options.deepest,
                                       least_adaptive_depth, max_adaptive_depth));
-    if (options.thickness == 0) {
-        if (options.max_cells > 0 || options.deepest)
-            throw OptionError("limits of cells and of their depth are of shells that are built to a thickness");
+    if (!options.depth) {
+        if (options.solver != Solver::direct || options.extrema != Extrema::certified)
+            throw OptionError(
+                "cells of several sizes need the direct solver and certified bounds; give a depth with lscg "
+                "and "
+                "candidates");
         return;
     }
-    if (options.depth)
+    if (options.thickness > 0)
         throw OptionError("thickness and depth: a shell is built to one of them; leave the other out");
-    if (options.solver != Solver::direct || options.extrema != Extrema::certified)
-        throw OptionError(
-            "thickness: cells of several sizes need the direct solver and certified bounds; build lscg and "
-            "candidates at a depth");
+    if (options.max_cells > 0 || options.deepest)
+        throw OptionError("limits of cells and of their depth are of shells that are built to a thickness");
 }
 
 void check_options(const BuildOptions& options) {
@@ -163,7 +163,7 @@ Shares shares_of(SignRule rule, Solver solver) {
 class Builder {
 public:
     /// One that is built to a thickness has no depth of its own, nor a budget before it begins.
-    bool adaptive() const { return options_.thickness > 0; }
+    bool adaptive() const { return target_.adaptive(); }
 
     /// \param given  what the mesh was before welding
     Builder(const mesh::Arrays& mesh, const BuildOptions& options, const mesh::Arrays& given,
@@ -173,7 +173,9 @@ public:
           options_(options),
           parts_(progress),
           inspection_(inspector::examine(mesh)),  // throws on what is no mesh
-          depth_(starting_depth(mesh, options, inspection_.report.bounds)),
+          target_(target_of(given, options)),
+          depth_(options.depth ? *options.depth
+                               : depth_for(target_.thickness, inspection_.report.bounds, options)),
           budget_(mesh, depth_, options.max_memory) {
         report_ = inspection_.report;
         if (options.turn_parts) turn_parts();
@@ -184,7 +186,9 @@ public:
                 fmt::format("; {} closed parts are turned around by nesting", report_.parts.to_turn);
         shares_ = shares_of(sign_, options.solver);
         if (adaptive())
-            budget_.check({.triangles = mesh.triangles.size(), .groups = 1, .surface_cells = 8, .pairs = 0});
+            require_memory(build_bytes({.triangles = mesh.triangles.size()}), options.max_memory,
+                           fmt::format("the shell of {} triangles, without any cell,", mesh.triangles.size()),
+                           "simplify the mesh, or raise the limit");
         else
             budget_.check_expected();
         shell_.lattice =
@@ -200,14 +204,14 @@ public:
     /// Cells, distances, signs and the field at once; then the bounds.
     void refine() {
         const Stopwatch time;
-        const double width = shell_.lattice.width, asked = options_.thickness / width;
+        const double width = shell_.lattice.width, asked = target_.thickness / width;
         // Bounds may be above what is attained by a gap, too.
-        const double rounding = expected_rounding(), room = asked - 2 * (rounding + extreme_gap);
+        const double rounding = expected_rounding(shell_.lattice), room = asked - 2 * (rounding + extreme_gap);
         if (!(room > 0))
             throw OptionError(
                 fmt::format("thickness {}: rounding alone is {} here; ask for more, or move the mesh nearer to "
                             "the origin",
-                            options_.thickness, 2 * width * rounding));
+                            target_.thickness, 2 * width * rounding));
         adaptive::Refined refined =
             sign_ == SignRule::generalized ? refine_open(asked, room) : refine_to(room, parts_.until(0.7));
         const int levels = shell_.lattice.depth - refined.depth;
@@ -292,13 +296,13 @@ public:
         shell_.info.up = options_.up;
         shell_.info.rounding = rounding_;
         shell_.info.weld = options_.weld;
-        shell_.info.thickness_asked = options_.thickness;
-        shell_.info.max_cells = options_.max_cells;
+        shell_.info.thickness_asked = target_.thickness;
+        shell_.info.max_cells = target_.max_cells;
         shell_.info.deepest = options_.deepest.value_or(-1);
         if (adaptive()) compare_with_what_was_asked();
         shell_.info.coarse_cells = coarse_.size();
         shell_.info.coarse = bounds_of(coarse_);
-        shell_.info.input_hash = hash_of(given_, options_, depth_);
+        shell_.info.input_hash = hash_of(given_, options_, target_);
         seconds_.total = total_.seconds();
         return Access::make(std::move(shell_), seconds_);
     }
@@ -306,29 +310,6 @@ public:
     const MeshReport& report() const { return report_; }
 
 private:
-    static int starting_depth(const mesh::Arrays& mesh, const BuildOptions& options, const Box& bounds) {
-        if (options.depth) return *options.depth;
-        if (options.thickness == 0) return automatic_depth(mesh, options.max_memory);
-        // A cell with no coarser one beside it has |f| ≤ √3/2 of its width on M.
-        const double side = octree::make_lattice(bounds, 0).width;
-        // γ takes less than a thousandth of the thickness, but far from the origin: there cells may be a level
-        // too large, and the shell says so.
-        constexpr double left = 0.999;
-        const double cells = std::ceil(std::log2(std::numbers::sqrt3 * side / (left * options.thickness)));
-        (void)octree::make_lattice(bounds, least_adaptive_depth);  // throws where the mesh is too far away
-        const int most = std::min(options.deepest.value_or(max_adaptive_depth),
-                                  octree::deepest_lattice(bounds, max_adaptive_depth));
-        return std::clamp(int(std::clamp(cells, 0.0, 100.0)), least_adaptive_depth, most);
-    }
-
-    /// γ as it is where f is as steep as a distance can be along an edge beside a hanging corner, by far.
-    double expected_rounding() const {
-        constexpr double steepest = 8;
-        const octree::Lattice& lattice = shell_.lattice;
-        const double coarsest = std::ldexp(1.0, lattice.depth - least_adaptive_depth);
-        return rounding_error(lattice, steepest, coarsest, 4 * coarsest);
-    }
-
     adaptive::Refined refine_to(double room, const Progress& progress) {
         return adaptive::refine(refinement_task(room), progress);
     }
@@ -378,7 +359,7 @@ private:
                 .upper = one_sided ? room : 0.5 * room,
                 .least_depth = least_adaptive_depth,
                 .many_width = 4 * room,
-                .max_cells = options_.max_cells > 0 ? options_.max_cells : ~std::uint64_t{0},
+                .max_cells = target_.max_cells > 0 ? target_.max_cells : ~std::uint64_t{0},
                 .max_bytes = limit - std::min(limit, of_mesh)};
     }
 
@@ -386,7 +367,7 @@ private:
     /// wide as the γ that is expected allows, by far: should γ be larger, the cells that are to blame are
     /// named.
     void compare_with_what_was_asked() {
-        const double asked = options_.thickness;
+        const double asked = target_.thickness;
         if (shell_.info.thickness() <= asked) coarse_.clear();
         if (shell_.info.thickness() <= asked || !coarse_.empty()) return;
         const double most = (sign_ == SignRule::unsigned_rule ? asked : 0.5 * asked) / shell_.lattice.width;
@@ -427,6 +408,7 @@ private:
     Shares shares_;
     inspector::Inspection inspection_;  ///< after parts were turned around if that is asked for
     MeshReport report_;                 ///< of the mesh as it came
+    Target target_;
     int depth_;
     MemoryBudget budget_;
     SignRule sign_ = SignRule::unsigned_rule;

@@ -17,24 +17,25 @@ namespace {
 /// Undecided pieces are cut in four this many times at most: the gap falls by four each time.
 constexpr int max_halvings = 6;
 
-/// f at the corners of a finest cell, in cell widths.
+/// f at the corners of a lattice cell on which it is trilinear, in finest cell widths.
 struct CellValues {
     std::array<double, 8> value;
-    double slope = 0, largest = 0;  ///< steepest edge, largest absolute value
+    double slope = 0, largest = 0;  ///< steepest change along an edge, largest absolute value
 
-    explicit CellValues(const field::TrilinearCell& cell, const Vec3& corner) {
+    /// \param width  of the cell, at most that of the one that locate() found
+    CellValues(const field::TrilinearCell& cell, const Vec3& corner, double width) {
         for (int c = 0; c < 8; ++c) {
-            const Vec3 at = corner + Vec3{double(c & 1), double(c >> 1 & 1), double(c >> 2)};
+            const Vec3 at = corner + width * Vec3{double(c & 1), double(c >> 1 & 1), double(c >> 2)};
             value[std::size_t(c)] =
-                cell.width == 1 ? cell.value[c]
-                                : geometry::trilinear(cell.value, (1 / cell.width) * (at - cell.corner));
+                cell.width == width ? cell.value[c]
+                                    : geometry::trilinear(cell.value, (1 / cell.width) * (at - cell.corner));
         }
         for (std::size_t c = 0; c < 8; ++c) {
             largest = std::max(largest, std::abs(value[c]));
             for (const std::size_t step : {1u, 2u, 4u})
                 if ((c & step) == 0) slope = std::max(slope, std::abs(value[c | step] - value[c]));
         }
-        if (cell.width == 1) return;
+        if (cell.width == width) return;
         for (const double v : cell.value) largest = std::max(largest, std::abs(v));
     }
 };
@@ -62,20 +63,22 @@ TriangleBounds::TriangleBounds(const ShellData& shell) : shell_(shell) {
     const double clipping =
         (geometry::cuts * geometry::roundings_per_cut + geometry::roundings_of_vertices) * unit_roundoff * size;
     margin_ = shell.lattice.point_error() + clipping;
-    displacement_ = margin_ + clipping + 2 * max_halvings * unit_roundoff;
+    displacement_ = margin_ + clipping;
     dilation_ = shell.lattice.point_error() + 8 * unit_roundoff * size;
 }
 
-bool TriangleBounds::cell_in_shell(const Corners& t, const Vec3& corner) const {
+bool TriangleBounds::cell_in_shell(const Corners& t, const Vec3& corner, double width,
+                                   const field::TrilinearCell& cell) const {
     geometry::Polygon polygon;
-    geometry::clip_to_cell(t.a - corner, t.b - corner, t.c - corner, margin_, polygon);
+    const double scale = 1 / width;  // a power of two
+    geometry::clip_to_cell(scale * (t.a - corner), scale * (t.b - corner), scale * (t.c - corner),
+                           scale * margin_, polygon);
     if (polygon.size == 0) return true;
-    const field::TrilinearCell cell = field::locate(shell_.octree, shell_.field, corner + Vec3{0.5, 0.5, 0.5});
-    const CellValues values(cell, corner);
+    const CellValues values(cell, corner, width);
     // γ of docs/design/extremes.md for this cell; in a coarser leaf the corner values err as an evaluation
     // does, and so does the shipped evaluation, in the leaf's own coordinates.
     const double gamma =
-        4 * values.slope * displacement_ +
+        4 * values.slope * (scale * displacement_ + 2 * max_halvings * unit_roundoff) +
         (3 * geometry::trilinear_roundings + geometry::control_roundings) * unit_roundoff * values.largest;
     const double lower = shell_.epsilon_inner + gamma, upper = shell_.epsilon_outer - gamma;
     const double* const v = values.value.data();
@@ -122,11 +125,17 @@ bool TriangleBounds::in_shell(const Vec3& a, const Vec3& b, const Vec3& c) const
         const Cube cube = stack[--count];
         const double width = double(std::int64_t{1} << cube.level);
         const Vec3 corner{width * double(cube.at[0]), width * double(cube.at[1]), width * double(cube.at[2])};
-        if (cube.level == 0) {
-            if (!cell_in_shell(t, corner)) return false;
-            continue;
-        }
         const Vec3 centre = corner + 0.5 * Vec3{width, width, width};
+        const bool in_root = std::min({corner.x, corner.y, corner.z}) >= 0 &&
+                             std::max({corner.x, corner.y, corner.z}) + width <= size;
+        if (in_root && (cube.level == 0 || shell_.octree.adaptive())) {
+            // One that is no smaller holds all of the cube, as both are lattice cells.
+            const field::TrilinearCell cell = field::locate(shell_.octree, shell_.field, centre);
+            if (cell.width >= width) {
+                if (!cell_in_shell(t, corner, width, cell)) return false;
+                continue;
+            }
+        }
         const unsigned met = octree::children_met(t.a, t.b, t.c, centre, 0.25 * width, dilation_, size);
         for (int child = 0; child < 8; ++child)
             if ((met >> child & 1) != 0)

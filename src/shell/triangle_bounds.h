@@ -6,8 +6,9 @@
 /// f on triangles that are not M's.
 namespace its::shell {
 
-/// Proves that f stays within bounds on whole triangles: in every finest lattice cell that the triangle meets
-/// it is clipped, and bounded by its Bernstein–Bézier control values. See docs/design/simplify.md.
+/// Proves that f stays within bounds on whole triangles: in every lattice cell on which f is trilinear and that
+/// the triangle meets it is clipped, and bounded by its Bernstein–Bézier control values. See
+/// docs/design/simplify.md.
 class TriangleBounds {
 public:
     explicit TriangleBounds(const ShellData& shell);
@@ -21,7 +22,8 @@ private:
     struct Corners {
         Vec3 a, b, c;
     };
-    bool cell_in_shell(const Corners& t, const Vec3& corner) const;
+    bool cell_in_shell(const Corners& t, const Vec3& corner, double width,
+                       const field::TrilinearCell& cell) const;
 
     const ShellData& shell_;
     double dilation_, margin_, displacement_;

@@ -65,8 +65,13 @@ void check_options(const SimplifyOptions& o) {
         throw OptionError(fmt::format("tolerance: {} proves no distance; use certified", name(o.method)));
     if (o.depth && (*o.depth < 0 || *o.depth > max_depth))
         throw OptionError(fmt::format("depth {}: must be 0 to {}", *o.depth, max_depth));
-    if (o.depth && o.method == SimplifyMethod::qem)
-        throw OptionError("depth: qem uses no shell; use vertex, priority or certified");
+    if (!(o.thickness >= 0) || !std::isfinite(o.thickness))
+        throw OptionError(fmt::format("thickness {}: must be finite and at least 0", o.thickness));
+    if (o.depth && o.thickness > 0)
+        throw OptionError("thickness and depth: a shell is built to one of them; leave the other out");
+    if ((o.depth || o.thickness > 0) && o.method == SimplifyMethod::qem)
+        throw OptionError(fmt::format("{}: qem uses no shell; use vertex, priority or certified",
+                                      o.depth ? "depth" : "thickness"));
     if (!(o.gamma >= 0 && std::isfinite(o.gamma)))
         throw OptionError(fmt::format("gamma {}: must be a number of 0 or more", o.gamma));
     if (!o.faces && (o.method == SimplifyMethod::qem || o.method == SimplifyMethod::priority))
@@ -125,6 +130,7 @@ ShellInfo in_units_of_caller(ShellInfo info, const geometry::Scaling& scaling) {
     info.epsilon_outer = scaling.out_upwards(info.epsilon_outer);
     info.rounding = scaling.out_upwards(info.rounding);
     info.coarse = scaling.out(info.coarse);
+    info.thickness_asked = scaling.out(info.thickness_asked);
     info.input_hash = {};  // of the scaled mesh
     return info;
 }
@@ -132,12 +138,14 @@ ShellInfo in_units_of_caller(ShellInfo info, const geometry::Scaling& scaling) {
 /// The shell that the options ask for, if any.
 std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOptions& o,
                                     const geometry::Scaling& scaling, Parts& parts, SimplifyReport& report) {
-    const bool wanted = o.method == SimplifyMethod::certified ? o.depth || (!o.tolerance && !o.faces)
-                                                              : o.method != SimplifyMethod::qem;
+    const bool wanted = o.method == SimplifyMethod::certified
+                            ? o.depth || o.thickness > 0 || (!o.tolerance && !o.faces)
+                            : o.method != SimplifyMethod::qem;
     if (!wanted) return std::nullopt;
     MeshReport of_mesh;
     ThinShell shell = build(mesh.view(),
                             {.depth = o.depth,
+                             .thickness = o.thickness,
                              .sign = o.sign,
                              .max_memory = o.max_memory,
                              .run = {.threads = o.run.threads, .progress = parts.until(0.4)}},
@@ -145,7 +153,7 @@ std::optional<ThinShell> make_shell(const mesh::Arrays& mesh, const SimplifyOpti
     report.parts = inspector::in_units_of_caller(std::move(of_mesh.parts), scaling);
     if (o.tolerance && *o.tolerance < shell.info().thickness())
         throw OptionError(fmt::format(
-            "tolerance {}: a shell of depth {} cannot reach it, being {:.6g} thick; use a greater depth, "
+            "tolerance {}: a shell of depth {} cannot reach it, being {:.6g} thick; use a thinner one, "
             "or none: the tolerance is proven without a shell",
             scaling.out(*o.tolerance), shell.info().depth, scaling.out(shell.info().thickness())));
     return shell;
@@ -353,6 +361,9 @@ SimplifyOptions scaled_options(SimplifyOptions options, const geometry::Scaling&
     constexpr double beyond_all = 0x1p400;
     if (options.tolerance && scaling.exponent != 0)
         options.tolerance = std::min(scaling.in(*options.tolerance), beyond_all);
+    if (options.thickness > 0)  // 0 has a meaning of its own
+        options.thickness =
+            std::clamp(scaling.in(options.thickness), std::numeric_limits<double>::denorm_min(), beyond_all);
     return options;
 }
 
@@ -401,9 +412,20 @@ Simplified simplified(const mesh::Arrays& given, const MeshAttributes& attribute
     return result;
 }
 
-/// In the thinnest shell in which the number of faces is reached: the one that build() chooses holds no vertex
-/// that a large reduction needs, since its cells are as fine as the triangles of M. Each coarser one costs
-/// less.
+/// The next thicker shell after one of these options; false: there is none.
+bool make_thicker(SimplifyOptions& options, const ShellInfo& last) {
+    if (last.depth > least_adaptive_depth) {
+        options.thickness = 2 * last.thickness_asked;
+        return true;
+    }
+    options.thickness = 0;
+    options.depth = last.depth - 1;
+    return last.depth > 0;
+}
+
+/// In the thinnest of shells, each as thick as two of the one before, in which the number of faces is reached:
+/// the one that build() makes by itself holds no vertex that a large reduction needs. Each costs less than that
+/// before.
 Simplified in_thinnest_shell(const mesh::Arrays& mesh, const MeshAttributes& attributes,
                              SimplifyOptions options, const Progress& progress) {
     const Stopwatch watch;
@@ -414,10 +436,7 @@ Simplified in_thinnest_shell(const mesh::Arrays& mesh, const MeshAttributes& att
         SimplifyReport& report = result.report;
         spent.shell += report.seconds.shell;
         spent.simplify += report.seconds.simplify;
-        if (report.faces_after > *options.faces && report.shell->depth > 0) {
-            options.depth = report.shell->depth - 1;
-            continue;
-        }
+        if (report.faces_after > *options.faces && make_thicker(options, *report.shell)) continue;
         report.seconds = {spent.shell, spent.simplify, watch.seconds()};
         return result;
     }
@@ -425,7 +444,7 @@ Simplified in_thinnest_shell(const mesh::Arrays& mesh, const MeshAttributes& att
 
 Simplified simplified_by(const mesh::Arrays& mesh, const MeshAttributes& attributes, const SimplifyOptions& o,
                          const Progress& progress) {
-    return o.method == SimplifyMethod::vertex && o.faces && !o.depth
+    return o.method == SimplifyMethod::vertex && o.faces && !o.depth && o.thickness == 0
                ? in_thinnest_shell(mesh, attributes, o, progress)
                : simplified(mesh, attributes, o, progress);
 }

@@ -159,6 +159,14 @@ double typical_radius(const shell::MeshArrays& mesh) {
     return area > 0 ? std::max(volume / area, 0.0) : 0.0;
 }
 
+/// Points where f is within the bounds are at most four thicknesses from M, as measured: where a ball of this
+/// radius lies inside M, a fifth of it is expected to do. Two digits, rounded down.
+double thickness_for(double radius, double thickness) {
+    const double wanted = std::min(radius / 5, thickness / 2);
+    const double digit = std::pow(10, std::floor(std::log10(wanted)) - 1);
+    return std::floor(wanted / digit) * digit;
+}
+
 /// Where a ball of radius ρ lies inside M, some lattice point is at least ρ − (√3/2)w deep, and the level is at
 /// most (√3/2)w below 0, as f on M is a mean of distances to corners of its cell, plus the certificate's move,
 /// seldom more than w/4: a depth with 2w ≤ ρ has an inner surface.
@@ -170,6 +178,13 @@ void explain_empty_inner(const shell::ShellData& shell, SurfaceReport& report) {
     }
     if (radius == 0) {
         report.reason = "f is nowhere negative: the mesh has no inside at this depth, or is inside out";
+        return;
+    }
+    if (shell.info.thickness_asked > 0) {
+        report.thickness_wanted = thickness_for(radius, shell.info.thickness());
+        report.reason = fmt::format("f is nowhere below the level {:.3g}; a thickness of {:.2g} should give an "
+                                    "inner surface",
+                                    report.level, report.thickness_wanted);
         return;
     }
     const int needed = int(std::ceil(std::log2(2 * shell.lattice.scale() / radius)));

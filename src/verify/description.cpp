@@ -216,16 +216,17 @@ void check_hash(const Job& job, VerifyReport& report) {
         for (int choice = 0; choice < 4 && !found; ++choice) {
             found = hash_of(job, (choice & 1) != 0, (choice & 2) != 0) == stored;
             if (found)
-                check.detail = fmt::format("that of this mesh, depth, solver and bounds, the rule {}{}",
-                                           choice & 1 ? "chosen" : "given",
-                                           choice & 2 ? ", parts turned around by nesting" : "");
+                check.detail = fmt::format(
+                    "that of this mesh, depth or thickness, solver and bounds, the rule {}{}",
+                    choice & 1 ? "chosen" : "given", choice & 2 ? ", parts turned around by nesting" : "");
         }
         if (!found) {
             check.passed = !job.options.complete;
             check.violations = 1;
             check.complete = job.options.complete;
             check.detail = fmt::format(
-                "not that of this mesh with the shell's depth, rule, bounds and solver in version {}; another "
+                "not that of this mesh with the shell's depth or thickness, rule, bounds and solver in version "
+                "{}; another "
                 "version may have made it",
                 ITS_VERSION);
         }

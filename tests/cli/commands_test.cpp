@@ -315,14 +315,24 @@ TEST_F(Commands, SameBytesForAnyNumberOfThreads) {
     EXPECT_GT(content(one).size(), 10'000u);
 }
 
-TEST_F(Commands, DepthIsChosenWithinTheMemory) {
-    const int free = run_json({"build", mesh, "-o", shell})["depth"].get<int>();
-    const json tight = run_json({"build", mesh, "-o", shell, "--max-memory", "44M"});  // 40 are the program's
-    EXPECT_LE(tight["depth"].get<int>(), free);
-    EXPECT_LE(tight["memory_bytes"].get<double>(), 4e6);
-    const Result too_tight = run({"build", mesh, "-o", shell, "--max-memory", "41M", "--force"});
-    EXPECT_EQ(too_tight.status, 2) << "depth 6 is the least that is chosen";
-    EXPECT_THAT(too_tight.error, HasSubstr("the largest depth that fits is"));
+TEST_F(Commands, TheThicknessIsReachedWithinTheMemoryOrTheReportSaysSo) {
+    const json free = run_json({"build", mesh, "-o", shell});
+    EXPECT_LE(free["thickness_relative"].get<double>(), 0.002);
+    EXPECT_EQ(free["coarse_cells"].get<int>(), 0);
+    const std::vector<std::string> tight = {"build", mesh,          "-o",   shell, "--max-memory",
+                                            "44M",   "--thickness", "0.01%"};  // 40 are the program's
+    const Result asked = run(tight);
+    EXPECT_EQ(asked.status, 1) << "what was asked for is not reached";
+    EXPECT_THAT(asked.error, HasSubstr("too coarse"));
+    const json info = run_json({"info", shell});
+    EXPECT_GT(info["coarse_cells"].get<int>(), 0);
+    EXPECT_GT(info["thickness_relative"].get<double>(), 0.0001);
+    EXPECT_LE(info["memory_bytes"].get<double>(), 4e6);
+    std::vector<std::string> strict = tight;
+    strict[3] = shop.path("strict.its");
+    strict.emplace_back("--strict");
+    EXPECT_EQ(run(strict).status, 2);
+    EXPECT_FALSE(std::filesystem::exists(strict[3]));
 }
 
 TEST_F(Commands, AllKeepToTheMemoryThatIsAllowed) {

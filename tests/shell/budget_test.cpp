@@ -127,39 +127,41 @@ TEST(Budget, NeedlesSideBySideShareCells) {
             EXPECT_LT(double(guess.surface_cells), 2.2 * double(real.surface_cells)) << name << ' ' << depth;
             EXPECT_GT(double(guess.surface_cells), 0.6 * double(real.surface_cells)) << name << ' ' << depth;
         }
-    EXPECT_GE(shell::automatic_depth(needle_sheet(4000), 0), 7) << "400 needles pass through a cell of depth 6";
 }
 
 /// A shell is recognised by what it was built to, whoever chose that.
-TEST(Budget, TheHashIsThatOfTheDepthWhoeverChoseIt) {
-    const Mesh mesh = zoo::sphere({0, 0, 0}, 1, 6);
-    const int depth = shell::automatic_depth(mesh, 0);
-    ASSERT_GT(depth, 6);
+TEST(Budget, TheHashIsThatOfTheThicknessWhoeverChoseIt) {
+    const Mesh mesh = zoo::torus(1, 0.4, 24, 12);
     const auto chosen = input_hash(mesh);
-    EXPECT_EQ(chosen, input_hash(mesh, {.depth = depth}));
-    EXPECT_NE(chosen, input_hash(mesh, {.depth = depth - 1}));
-    EXPECT_EQ(chosen, input_hash(mesh, {.max_memory = 1'000'000'000'000})) << "a limit that limits nothing";
-    std::uint64_t little = 100'000'000;
-    while (little > 1'000'000 && shell::automatic_depth(mesh, little) == depth) little -= little / 8;
-    const int less = shell::automatic_depth(mesh, little);
-    ASSERT_LT(less, depth);
-    EXPECT_EQ(input_hash(mesh, {.max_memory = little}), input_hash(mesh, {.depth = less}));
+    const BuildOptions given{
+        .thickness = default_thickness * 2.8,
+        .max_cells = default_max_cells + default_cells_per_triangle * mesh.triangles.size()};
+    EXPECT_EQ(chosen, input_hash(mesh, given)) << "2 (1 + 0.4) long";
+    EXPECT_EQ(chosen, input_hash(mesh, {.max_memory = 1'000'000})) << "memory is no part of it";
+    EXPECT_NE(chosen, input_hash(mesh, {.thickness = 0.01}));
+    EXPECT_NE(chosen, input_hash(mesh, {.max_cells = 100'000}));
+    EXPECT_NE(chosen, input_hash(mesh, {.deepest = 5}));
+    EXPECT_NE(chosen, input_hash(mesh, {.depth = 6}));
     const Mesh knot = zoo::twisted_knot(40, 10);
     EXPECT_EQ(build(knot, {.weld = 1e-3}).info().input_hash, input_hash(knot, {.weld = 1e-3}));
-    EXPECT_EQ(build(knot, {.weld = 1e-3}).info().input_hash,
-              build(knot, {.depth = 6, .weld = 1e-3}).info().input_hash);
     EXPECT_THROW(input_hash(Mesh{}), InputError);
     EXPECT_NO_THROW(input_hash(Mesh{}, {.depth = 4}));
 }
 
-TEST(Budget, AutomaticDepthIsAtLeastSix) {
-    for (const auto& entry : zoo::all()) EXPECT_GE(shell::automatic_depth(entry.mesh, 0), 6) << entry.name;
-    EXPECT_EQ(shell::automatic_depth(zoo::single_triangle(), 1), 6)
-        << "and the build says that it does not fit";
+TEST(Budget, FarFromTheOriginCellsAreAsSmallAsDoublesAllow) {
     Mesh far = zoo::single_triangle();
     for (Vec3& v : far.vertices) v.x += 0x1p38;
-    EXPECT_LT(shell::automatic_depth(far, 0), 6);
-    EXPECT_NO_THROW(build(far));
+    const ShellInfo info = build(far).info();
+    EXPECT_LT(info.depth, 6);
+    EXPECT_GT(info.thickness_asked, default_thickness) << "roundings allow no less";
+    EXPECT_EQ(info.input_hash, input_hash(far));
+}
+
+TEST(Budget, AMeshThatAloneIsTooMuchIsRefused) {
+    const Mesh mesh = zoo::sphere({0, 0, 0}, 1, 4);
+    BuildOptions options;
+    options.max_memory = 100 * mesh.triangles.size();
+    EXPECT_THROW((void)build(mesh, options), MemoryError);
 }
 
 }  // namespace

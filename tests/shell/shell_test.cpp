@@ -267,12 +267,13 @@ TEST(Build, TheEstimateCoversWhatTheShellTakes) {
         }
 }
 
-TEST(Build, AutomaticDepthHoldsAboutFourTrianglesACell) {
-    for (const int level : {3, 4, 5, 6}) {
-        const ThinShell shell = build(zoo::sphere({0, 0, 0}, 1, level));
-        const double pairs = double(pairs_of(shell)) / double(shell.info().surface_cells);
-        EXPECT_TRUE(pairs >= 3.0 || shell.info().depth == 6) << shell.info().depth;
-        EXPECT_LE(pairs, 16.0) << shell.info().depth;
+TEST(Build, WithoutADepthItIsAsThinAsTheDefaultSays) {
+    for (const zoo::Entry& entry : zoo::all()) {
+        SCOPED_TRACE(entry.name);
+        const ThinShell shell = build(entry.mesh);
+        EXPECT_TRUE(shell.info().adaptive);
+        EXPECT_EQ(shell.info().coarse_cells, 0u);
+        EXPECT_LE(shell.info().thickness(), default_thickness * shell.info().scale);
     }
 }
 

@@ -196,12 +196,13 @@ TEST(Simplify, ThePapersWays) {
     const Simplified few = simplify(mesh, {.method = SimplifyMethod::vertex, .faces = 100});
     EXPECT_EQ(few.report.stop, SimplifyStop::faces_reached);
     EXPECT_LE(few.report.faces_after, 100u);
-    ASSERT_GT(few.report.shell->depth, 0);
-    // In a shell of one level more they are not reached.
-    EXPECT_GT(
-        simplify(mesh, {.method = SimplifyMethod::vertex, .faces = 100, .depth = few.report.shell->depth + 1})
-            .report.faces_after,
-        100u);
+    ASSERT_GT(few.report.shell->thickness_asked, 0);
+    const auto faces_in = [&](double thickness) {
+        return simplify(mesh, {.method = SimplifyMethod::vertex, .faces = 100, .thickness = thickness})
+            .report.faces_after;
+    };
+    EXPECT_LE(faces_in(few.report.shell->thickness_asked), 100u);
+    EXPECT_GT(faces_in(0.5 * few.report.shell->thickness_asked), 100u);
     const Simplified vertex = simplify(mesh, {.method = SimplifyMethod::vertex, .depth = 5});
     EXPECT_EQ(vertex.report.stop, SimplifyStop::shell_reached);
     EXPECT_LT(vertex.report.faces_after, mesh.triangles.size() / 2);
@@ -333,6 +334,9 @@ TEST(Simplify, RefusesWhatCannotBe) {
     refuses({.method = SimplifyMethod::qem}, "needs a number of faces");
     refuses({.method = SimplifyMethod::priority}, "needs a number of faces");
     refuses({.method = SimplifyMethod::qem, .faces = 100, .depth = 4}, "uses no shell");
+    refuses({.method = SimplifyMethod::qem, .faces = 100, .thickness = 0.1}, "uses no shell");
+    refuses({.depth = 4, .thickness = 0.1}, "one of them");
+    refuses({.thickness = -1}, "thickness -1");
     refuses({.faces = 0}, "faces 0");
     refuses({.faces = 3}, "needs at least 4");
     refuses({.depth = 99}, "depth 99");

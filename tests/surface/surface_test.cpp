@@ -219,6 +219,14 @@ TEST(Surface, AnEmptyInnerOneSaysWhichDepthHasOne) {
         EXPECT_FALSE(inner.report.empty);
         EXPECT_TRUE(inner.report.certified);
     }
+    // Of adaptive shells likewise a thickness.
+    const Mesh plate = zoo::plate(0.02);
+    const Surface empty = extract_surface(build(plate, {.thickness = 0.1}), {.side = SurfaceSide::inner});
+    ASSERT_TRUE(empty.report.empty);
+    EXPECT_EQ(empty.report.depth_wanted, 0);
+    ASSERT_GT(empty.report.thickness_wanted, 0);
+    const ThinShell thinner = build(plate, {.thickness = empty.report.thickness_wanted});
+    EXPECT_FALSE(extract_surface(thinner, {.side = SurfaceSide::inner}).report.empty);
     const ThinShell inside_out = build_at(zoo::reversed(zoo::sphere({0, 0, 0}, 1, 2)), 4, SignRule::winding);
     const Surface inverted = extract_surface(inside_out, {.side = SurfaceSide::inner});
     EXPECT_TRUE(inverted.report.empty);
