@@ -335,6 +335,35 @@ TEST_F(Commands, TheThicknessIsReachedWithinTheMemoryOrTheReportSaysSo) {
     EXPECT_FALSE(std::filesystem::exists(strict[3]));
 }
 
+TEST_F(Commands, NobodyAskedForTheDefaultThickness) {
+    const Result few = run({"build", mesh, "-o", shell, "--max-cells", "4000"});
+    EXPECT_EQ(few.status, 0) << few.error;
+    EXPECT_THAT(few.error, HasSubstr("too coarse"));
+    EXPECT_THAT(few.out, HasSubstr("Not reached"));
+    EXPECT_EQ(run({"build", mesh, "-o", shell, "--max-cells", "4000", "--strict"}).status, 2);
+    EXPECT_EQ(run({"build", mesh, "-o", shell, "--depth", "auto", "--max-depth", "12", "--strict"}).status, 0);
+    for (const std::vector<std::string>& limit : {std::vector<std::string>{"--max-cells", "4000"},
+                                                  {"--max-depth", "5"},
+                                                  {"--strict"},
+                                                  {"--thickness", "1%"}}) {
+        std::vector<std::string> line = {"build", mesh, "-o", shell, "--depth", "5"};
+        line.insert(line.end(), limit.begin(), limit.end());
+        EXPECT_EQ(run(line).status, 2) << limit[0];
+    }
+    const Result lscg = run({"build", mesh, "-o", shell, "--solver", "lscg"});
+    EXPECT_EQ(lscg.status, 2);
+    EXPECT_THAT(lscg.error, HasSubstr("give a depth"));
+}
+
+TEST_F(Commands, SimplifyStaysInAShellOfTheThicknessAskedFor) {
+    const json report = run_json({"simplify", mesh, "-o", shop.path("small.ply"), "--thickness", "1%"});
+    EXPECT_EQ(report["in_shell"], true);
+    const double thickness = report["shell"]["thickness"].get<double>();
+    EXPECT_LE(thickness, 0.0101 * run_json({"build", mesh, "-o", shell})["scale"].get<double>());
+    EXPECT_EQ(run({"simplify", mesh, "-o", shop.path("small.ply"), "--thickness", "1%", "--depth", "4"}).status,
+              2);
+}
+
 TEST_F(Commands, AllKeepToTheMemoryThatIsAllowed) {
     ASSERT_EQ(run({"build", mesh, "-o", shell, "--depth", "6"}).status, 0);
     const std::string points = shop.add("points.csv", std::string("0,0,0\n1,2,3\n"));
