@@ -199,9 +199,30 @@ TEST(Adaptive, WhatCannotBeIsRefused) {
     expect_refused([](BuildOptions& o) { o.extrema = Extrema::candidates; });
     expect_refused([](BuildOptions& o) { o.deepest = 21; });
     expect_refused([](BuildOptions& o) { o.deepest = 2; });
-    expect_refused([](BuildOptions& o) { o.thickness = 0, o.max_cells = 1000; });
-    expect_refused([](BuildOptions& o) { o.thickness = 0, o.deepest = 5; });
+    expect_refused([](BuildOptions& o) { o.thickness = 0, o.depth = 5, o.max_cells = 1000; });
+    expect_refused([](BuildOptions& o) { o.thickness = 0, o.depth = 5, o.deepest = 5; });
     expect_refused([](BuildOptions& o) { o.thickness = 1e-13; });
+}
+
+/// Many sheets across all of the box: under `unsigned` cells are as small as in a shell of one depth.
+TEST(Adaptive, TheDefaultHasALimitOfCells) {
+    Mesh soup;
+    for (std::uint32_t i = 0; i < 60; ++i) {
+        const double z = i / 60.0;
+        for (const Vec3& v : {Vec3{0, 0, z}, Vec3{1, 0, z + 0.003}, Vec3{1, 1, z + 0.004}, Vec3{0, 1, z}})
+            soup.vertices.push_back(v);
+        soup.triangles.push_back({4 * i, 4 * i + 1, 4 * i + 2});
+        soup.triangles.push_back({4 * i, 4 * i + 2, 4 * i + 3});
+    }
+    BuildOptions options;
+    options.sign = SignRule::unsigned_rule;
+    const ShellInfo info = build(soup, options).info();
+    const std::uint64_t limit = default_max_cells + default_cells_per_triangle * soup.triangles.size();
+    EXPECT_EQ(info.max_cells, limit);
+    EXPECT_LE(info.cells, limit);
+    EXPECT_GT(info.coarse_cells, 0u);
+    EXPECT_GT(info.thickness(), info.thickness_asked);
+    EXPECT_LT(info.thickness(), 8 * info.thickness_asked) << "cells were left unused";
 }
 
 TEST(Adaptive, SurfacesAreCertified) {
