@@ -162,8 +162,8 @@ ThinShell build(const MeshView& mesh, const BuildOptions& options = {}, MeshRepo
 /// are to run), the depth or thickness, given or the default, and the version of this library.
 /// ShellInfo::input_hash has it, so that a stored shell can be recognised. 128 bits, not meant to withstand
 /// somebody who wants two inputs to agree. Meshes with the same numbers have the same hash, whatever the layout
-/// of their arrays. \throws InputError on indices that no Triangle can hold, and as MeshView says; where no
-/// depth is given,
+/// of their arrays.
+/// \throws InputError on indices that no Triangle can hold, and as MeshView says; where no depth is given,
 ///         besides, as build()
 std::array<std::uint64_t, 2> input_hash(const MeshView& mesh, const BuildOptions& options = {});
 
