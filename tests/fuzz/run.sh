@@ -20,9 +20,12 @@ cmake -S . -B $build -G Ninja -DCMAKE_CXX_COMPILER="${CXX:-clang++}" -DCMAKE_BUI
 cmake --build $build -j "$jobs" --target "${targets[@]}" | tail -n 1
 mkdir -p $build/findings
 
-# fuzz NAME SECONDS, its log to standard output. A small input may cost no more than 10 s and 2 GB.
+# fuzz NAME SECONDS, its log to standard output. A small input may cost no more than 10 s and 2 GB. Shells with cells of
+# several sizes take more than 8 kB.
 fuzz() {
-    $build/tests/fuzz/"$1" -max_total_time="$2" -max_len=8192 -timeout=10 -rss_limit_mb=2048 \
+    local longest=8192
+    [[ $1 != fuzz_shell_* ]] || longest=16384
+    $build/tests/fuzz/"$1" -max_total_time="$2" -max_len=$longest -timeout=10 -rss_limit_mb=2048 \
         -print_final_stats=1 -verbosity=0 -artifact_prefix="$build/findings/$1-" \
         "$build/corpus/$1" "tests/fuzz/seeds/${1#fuzz_}" 2>&1
 }
