@@ -57,8 +57,8 @@ struct SurfaceReport {
     /// missed or, if it is given, the surface is not certified. With `certify` only.
     std::uint64_t components = 0, components_enclosed = 0;
     Vec3 origin;  ///< of Coordinates::single_offset: (0, 0, 0) unless M is far from it for its size
-    /// For an empty inner surface: what is expected to give one, a thickness in mesh units, or a depth where the
-    /// shell was built at a depth; 0 if none up to max_depth is.
+    /// For an empty inner surface: what is expected to give one, a thickness in mesh units, or a depth where
+    /// the shell was built at a depth; 0 if none up to max_depth is.
     double thickness_wanted = 0;
     int depth_wanted = 0;
     double cell_width = 0;    ///< of the lattice it was extracted on

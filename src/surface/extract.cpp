@@ -182,9 +182,10 @@ void explain_empty_inner(const shell::ShellData& shell, SurfaceReport& report) {
     }
     if (shell.info.thickness_asked > 0) {
         report.thickness_wanted = thickness_for(radius, shell.info.thickness());
-        report.reason = fmt::format("f is nowhere below the level {:.3g}; a thickness of {:.2g} should give an "
-                                    "inner surface",
-                                    report.level, report.thickness_wanted);
+        report.reason = fmt::format(
+            "f is nowhere below the level {:.3g}; a thickness of {:.2g} should give an "
+            "inner surface",
+            report.level, report.thickness_wanted);
         return;
     }
     const int needed = int(std::ceil(std::log2(2 * shell.lattice.scale() / radius)));
