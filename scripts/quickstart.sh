@@ -2,11 +2,11 @@
 # From a fresh clone to a checked shell with pictures and a page: installs what is missing, builds the tool, makes a model
 # (or takes yours) and its shell in out/.
 #   scripts/quickstart.sh [MESH]      MESH: .obj .stl .ply .off .glb .gltf .3mf
-# DEPTH=K sets the depth of the shell (default 7: finest cells 1/128 of the model's longest side).
+# THICKNESS=LENGTH sets the shell's (default 1%, of the model's longest side: pictures show it).
 set -euo pipefail
 mesh=${1:+$(realpath -- "$1")}
 cd "$(dirname "$0")/.."
-depth=${DEPTH:-7}
+thickness=${THICKNESS:-1%}
 
 scripts/install.sh build
 options=(-DCMAKE_BUILD_TYPE=Release)
@@ -31,7 +31,7 @@ step() {
     "$@"
 }
 step build/its check "$mesh"
-step build/its build "$mesh" -o "$shell" --depth "$depth"
+step build/its build "$mesh" -o "$shell" --thickness "$thickness"
 step build/its info "$shell"
 step build/its verify "$shell" "$mesh"
 has() { build/its "$1" --help >/dev/null; }  # a program that was built without pictures or pages says so
