@@ -301,8 +301,11 @@ double volume_in_units_of_caller(double volume, const geometry::Scaling& scaling
     return std::ldexp(volume, 3 * scaling.exponent);
 }
 
-Inspection examine_scaled(const mesh::Arrays& mesh) {
+Inspection examine_scaled(const mesh::Arrays& mesh, const Progress& progress) {
+    constexpr int steps = 7;
+    Stage stage(progress, "mesh", steps);
     const mesh::Merged merged = mesh::merge(mesh);
+    stage.advance(1);
     Inspection out;
     MeshReport& report = out.report;
     report.vertices = merged.points.size();
@@ -317,7 +320,9 @@ Inspection examine_scaled(const mesh::Arrays& mesh) {
         faces += !repeats;
         report.degenerate += degenerate[i];
     }
+    stage.advance(1);
     report.duplicate = count_duplicates(merged);
+    stage.advance(1);
     const EdgeCounts edges =
         count_edges(merged, [&](std::size_t i) { return !mesh::repeats_corner(merged.triangles[i]); });
     report.boundary_edges = edges.boundary;
@@ -331,6 +336,7 @@ Inspection examine_scaled(const mesh::Arrays& mesh) {
         report.unbalanced_edges = std::min<std::uint64_t>(report.unbalanced_edges, without.unbalanced.size());
         report.odd_edges = std::min(report.odd_edges, without.odd);
     }
+    stage.advance(1);
     // Their own boundaries cancel: it does not matter whether these edges are with or without them.
     const Remainder whole = cancel_segments(merged.points, edges.unbalanced, Chain::signed_sum);
     report.open_edges = whole.open;
@@ -342,25 +348,28 @@ Inspection examine_scaled(const mesh::Arrays& mesh) {
         if (odd.open == 0) report.t_junctions = odd.t_junctions;
     }
     report.components = count_components(merged);
+    stage.advance(1);
     report.euler = std::int64_t(report.vertices) - std::int64_t(edges.edges) + std::int64_t(faces);
     report.closed = report.boundary_edges == 0 || report.open_odd_edges == 0;
     report.oriented = report.inconsistent_edges == 0;
     report.bounds = geometry::bounds(merged.points);
     report.signed_volume = volume_of(merged, report.bounds);
     choose_sign(merged, out);
+    stage.advance(1);
     if (out.turn.empty())
         examine_parts(merged, out);
     else
         examine_parts({merged.points, turned(merged.triangles, out.turn)}, out);
+    stage.advance(1);
     return out;
 }
 
 }  // namespace
 
-Inspection inspector::examine(const mesh::Arrays& mesh) {
+Inspection inspector::examine(const mesh::Arrays& mesh, const Progress& progress) {
     const mesh::Scaled scaled(mesh);
     const geometry::Scaling& scaling = scaled.scaling();
-    Inspection out = examine_scaled(scaled.arrays());
+    Inspection out = examine_scaled(scaled.arrays(), progress);
     out.report.bounds = scaling.out(out.report.bounds);
     out.report.signed_volume = volume_in_units_of_caller(out.report.signed_volume, scaling);
     out.report.parts = in_units_of_caller(std::move(out.report.parts), scaling);

@@ -172,7 +172,7 @@ public:
           given_(given),
           options_(options),
           parts_(progress),
-          inspection_(inspector::examine(mesh)),  // throws on what is no mesh
+          inspection_(inspector::examine(mesh, parts_.until(0))),  // throws on what is no mesh
           target_(target_of(given, options)),
           depth_(options.depth ? *options.depth
                                : depth_for(target_.thickness, inspection_.report.bounds, options)),
@@ -398,7 +398,7 @@ private:
     void turn_parts() {
         oriented_ =
             inspector::turned(inspector::turned(mesh::copy_of(mesh_), inspection_.turn), inspection_.part_turn);
-        inspection_ = inspector::examine(oriented_);
+        inspection_ = inspector::examine(oriented_, parts_.until(0));
     }
 
     const Stopwatch total_;

@@ -90,6 +90,23 @@ TEST(Progress, RunsOnceThroughEveryCall) {
 #endif
 }
 
+TEST(Progress, BuildCanBeStoppedAtEachStepOfExaminingTheMesh) {
+    const Mesh mesh = zoo::torus(1.0, 0.35, 12, 8);
+    int steps = 0;
+    (void)build(mesh, {.depth = 3, .run = {.progress = [&](std::string_view stage, double) {
+                                       steps += stage == "mesh";
+                                       return true;
+                                   }}});
+    ASSERT_GE(steps, 8);
+    for (int last = 1; last <= steps; ++last) {
+        int left = last;
+        EXPECT_THROW(
+            (void)build(mesh, {.depth = 3, .run = {.progress = [&](auto, double) { return --left > 0; }}}),
+            Cancelled);
+        EXPECT_EQ(left, 0);
+    }
+}
+
 TEST(Progress, PartsFollowEachOther) {
     std::vector<double> seen;
     Parts parts([&](std::string_view, double fraction) {

@@ -273,7 +273,7 @@ Violations check_public_headers(const fs::path& root) {
 
 Violations check_users(const fs::path& root) {
     Violations violations;
-    for (const std::string folder : {"cli", "examples"}) {
+    for (const std::string folder : {"cli", "examples", "python"}) {
         for (const fs::path& file : sources_below(root / folder)) {
             for (const Include& include : includes_of(file)) {
                 const bool is_public = first_folder(include.name) == "its" && include.quoted &&
