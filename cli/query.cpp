@@ -22,7 +22,7 @@ struct Options {
     CommonOptions common;
     std::string shell, points, output;
     Mode mode = Mode::exact;
-    bool value = false, gradient = false, closest = false, quick = false;
+    bool winding = false, value = false, gradient = false, closest = false, quick = false;
 };
 
 struct Seconds {
@@ -32,7 +32,7 @@ struct Seconds {
 /// What is found at the points; the columns refer to the arrays.
 struct Answers {
     std::vector<std::int8_t> codes;
-    std::vector<double> value, gradient, closest;
+    std::vector<double> winding, value, gradient, closest;
     std::vector<PointColumns> columns;
 };
 
@@ -49,7 +49,8 @@ std::vector<double> closest_numbers(const std::vector<ClosestPoint>& found) {
 Answers ask(const Options& options, const Query& query, const std::optional<ClosestPoints>& closest,
             const std::vector<Vec3>& points, ProgressBar& bar) {
     const std::size_t n = points.size();
-    const int batches = 1 + int(options.value) + int(options.gradient) + int(closest.has_value());
+    const int batches =
+        1 + int(options.winding) + int(options.value) + int(options.gradient) + int(closest.has_value());
     int batch = 0;
     const auto next = [&] {
         ++batch;
@@ -61,6 +62,13 @@ Answers ask(const Options& options, const Query& query, const std::optional<Clos
         query.classify(points, answers.codes, next());
     else
         query.classify_shell(points, answers.codes, next());
+    if (options.winding) {
+        std::vector<WindingNumber> found(n);
+        query.winding_number(points, found, next());
+        answers.winding.reserve(2 * n);
+        for (const WindingNumber& w : found) answers.winding.insert(answers.winding.end(), {w.value, w.error});
+        answers.columns.push_back({{"winding", "winding_error"}, answers.winding});
+    }
     if (options.value) {
         answers.value.resize(n);
         query.value(points, answers.value, next());
@@ -86,7 +94,8 @@ Answers ask(const Options& options, const Query& query, const std::optional<Clos
 /// Bytes that a point's answers take.
 std::uint64_t answer_bytes(const Options& options) {
     const std::uint64_t number = sizeof(double);
-    return 1 + (options.value ? number : 0) + (options.gradient ? sizeof(Vec3) + 3 * number : 0) +
+    return 1 + (options.winding ? 4 * number : 0) + (options.value ? number : 0) +
+           (options.gradient ? sizeof(Vec3) + 3 * number : 0) +
            (options.closest ? sizeof(ClosestPoint) + 5 * number : 0);
 }
 
@@ -98,17 +107,19 @@ std::vector<std::pair<std::string, std::uint64_t>> counts(const Options& options
         {"inside", std::int8_t{-1}},
         {options.mode == Mode::exact ? "on_surface" : "on_shell", std::int8_t{0}},
         {"outside", std::int8_t{1}},
+        {"uncertain", std::int8_t(Side::uncertain)},
         {"not_finite", not_finite}};
     for (const auto& [name, code] : names)
-        result.emplace_back(name, std::uint64_t(std::count(codes.begin(), codes.end(), code)));
+        if (code != std::int8_t(Side::uncertain) || options.mode == Mode::exact)
+            result.emplace_back(name, std::uint64_t(std::count(codes.begin(), codes.end(), code)));
     return result;
 }
 
-void print_query_json(const Options& options, SignRule rule, const Answers& answers, const Seconds& seconds) {
+void print_query_json(const Options& options, const Answers& answers, const Seconds& seconds) {
     Json json;
     json["file"] = options.output;
     json["points"] = answers.codes.size();
-    json["mode"] = options.mode == Mode::exact ? sides_text(rule) : "shell";
+    json["mode"] = options.mode == Mode::exact ? "exact" : "shell";
     for (const auto& [name, count] : counts(options, answers.codes)) json["counts"][name] = count;
     json["columns"] = Json::array({"code"});
     for (const PointColumns& c : answers.columns)
@@ -121,10 +132,10 @@ void print_query_json(const Options& options, SignRule rule, const Answers& answ
     print_json(json);
 }
 
-void print_report(const Options& options, SignRule rule, const Answers& answers, const Seconds& seconds) {
+void print_report(const Options& options, const Answers& answers, const Seconds& seconds) {
     Table table;
     table.row("Points", count_text(answers.codes.size()));
-    table.row("Sides", options.mode == Mode::exact ? sides_text(rule) : "of the shell, by f alone");
+    table.row("Sides", options.mode == Mode::exact ? "exact" : "of the shell, by f alone");
     for (auto [name, count] : counts(options, answers.codes)) {
         std::replace(name.begin(), name.end(), '_', ' ');
         table.row("  " + name, count_text(count));
@@ -175,9 +186,9 @@ int run(const Options& options) {
     write_points(options.output, points, answers.codes, answers.columns);
     seconds.write = writing.seconds();
     if (options.common.json)
-        print_query_json(options, shell.info().sign, answers, seconds);
+        print_query_json(options, answers, seconds);
     else if (!options.common.quiet)
-        print_report(options, shell.info().sign, answers, seconds);
+        print_report(options, answers, seconds);
     return done;
 }
 
@@ -191,9 +202,12 @@ Action add_query(CLI::App& app) {
         ->required()
         ->type_name("OUT");
     add_choice<Mode>(app, "--mode", {{"exact", Mode::exact}, {"shell", Mode::shell}}, options->mode,
-                     "Sides of the mesh, without tolerance (default; by the shell where\n"
-                     "its sign rule is generalized), or of the shell, by f alone")
+                     "Sides of the mesh, without tolerance (default), or of the shell,\n"
+                     "by f alone")
         ->type_name("MODE");
+    app.add_flag("--winding", options->winding,
+                 "The winding number and the bound of its error as well: whole and\n"
+                 "exact for closed meshes, NaN on the surface");
     app.add_flag("--value", options->value, "f as well");
     app.add_flag("--gradient", options->gradient, "The gradient of f as well");
     app.add_flag("--closest", options->closest,

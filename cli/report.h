@@ -39,9 +39,6 @@ std::string seconds_text(double seconds);     ///< three digits and the unit: 12
 std::string length_text(double length);       ///< six significant digits
 std::string yes_or_no(bool value);
 
-/// What sides of the mesh rest on: "exact", or "by the shell": under generalized they are the sign of f.
-std::string sides_text(SignRule rule);
-
 /// The mesh and the shell, as `its build --json` and `its info --json` have them.
 Json shell_json(const ThinShell& shell, const Run& run);
 /// "the shell is 0.01 thick, not 0.005: 12 cells are too coarse, …", of a shell that is.

@@ -52,9 +52,9 @@ private:
 };
 
 /// Where a point is. The values are the codes of batches.
-enum class Side : std::int8_t { inside = -1, on_surface = 0, outside = 1 };
+enum class Side : std::int8_t { inside = -1, on_surface = 0, outside = 1, uncertain = 3 };
 
-/// "inside", "on_surface", "outside".
+/// "inside", "on_surface", "outside", "uncertain".
 std::string_view name(Side side);
 /// The side of that name; empty: there is none.
 std::optional<Side> parse_side(std::string_view name);

@@ -30,14 +30,20 @@ struct Interval {
     double lower = 0, upper = 0;
 };
 
+/// A winding number: the true one is at most `error` away. Error 0: it is whole, and exact.
+struct WindingNumber {
+    double value = 0, error = 0;
+};
+
 namespace query {
 struct Access;  // the library's own way in
 }
 
 /// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
-/// milliseconds whatever the size of the shell. All members may be called from any number of threads; those
-/// for one point allocate nothing (but where a coordinate that is not 0 is below 1e-90 in magnitude: exact
-/// predicates then may).
+/// milliseconds whatever the size of the shell; under SignRule::generalized in a time that grows with the
+/// length of the boundary and with what the shell stores beside it. All members may be called from any number
+/// of threads; those for one point allocate nothing (but where a coordinate that is not 0 is below 1e-90 in
+/// magnitude: exact predicates then may).
 class Query {
 public:
     /// Makes the index.
@@ -48,10 +54,24 @@ public:
     /// The exact side, by the shell's sign rule: decided as if by exact arithmetic, without tolerance.
     /// on_surface iff the point lies on a triangle; else, under SignRule::winding, inside iff its winding
     /// number is at least 1; under SignRule::even_odd iff a ray from it to infinity crosses M an odd number of
-    /// times; under SignRule::unsigned_rule never; under SignRule::generalized, whose winding numbers are no
-    /// integers, where f is negative. Method: docs/design/query.md.
-    /// \throws InputError if a coordinate is NaN or infinite
+    /// times; under SignRule::unsigned_rule never; under SignRule::generalized iff its generalized winding
+    /// number is over ½ and it lies in M's bounding box. That is no whole number; where it is so near to ½ that
+    /// its proven error, see winding_number(), leaves both sides possible, uncertain. Method:
+    /// docs/design/query.md. \throws InputError if a coordinate is NaN or infinite
     Side classify(const Vec3& point) const;
+
+    /// Whether a point is inside or on the surface.
+    /// \param when_uncertain  what to say where classify() says uncertain
+    /// \throws InputError as classify(); OptionError where it is uncertain and nothing is said
+    bool contains(const Vec3& point, std::optional<bool> when_uncertain = {}) const;
+
+    /// The winding number of M around a point: the sum of the solid angles of the triangles over 4π. Under
+    /// SignRule::winding whole and exact, whatever is nested or overlaps; under other rules so if every edge is
+    /// used as often one way as the other, else with an error of at most 1e-10 unless the point is within some
+    /// 2⁻⁷⁰ of a boundary edge, relative to it. On the surface there is none: NaN. Under other rules than
+    /// generalized the first call makes another index, of a few dozen bytes a triangle. \throws InputError if a
+    /// coordinate is NaN or infinite
+    WindingNumber winding_number(const Vec3& point) const;
 
     /// The side by f and ε₁, ε₂ alone, as in the paper: every point of M is on_shell, and so is a thin layer
     /// around it. \throws InputError if a coordinate is NaN or infinite
@@ -83,6 +103,11 @@ public:
 
     /// Codes of Side, and not_finite.
     void classify(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run = {}) const;
+    /// 1 or 0; 0 where a point is not finite.
+    void contains(std::span<const Vec3> points, std::span<std::uint8_t> out,
+                  std::optional<bool> when_uncertain = {}, const Run& run = {}) const;
+    /// Or NaN.
+    void winding_number(std::span<const Vec3> points, std::span<WindingNumber> out, const Run& run = {}) const;
     /// Codes of ShellSide, and not_finite.
     void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run = {}) const;
     /// Codes of Side, and not_finite.

@@ -28,6 +28,7 @@ class Side(IntEnum):
     ON_SURFACE = 0
     OUTSIDE = 1
     NOT_FINITE = 2  #: a coordinate is NaN or infinite
+    UNCERTAIN = 3  #: the winding number is within its proven error of ½; of meshes with holes only
 
 
 _codes = {side.value: np.int8(side.value) for side in Side}
@@ -161,7 +162,8 @@ class Shell:
         """The exact side of each point as a code of :class:`Side`: -1 inside, 0 on the surface, 1 outside.
 
         By the shell's sign rule, as if by exact arithmetic; 2 where a coordinate is NaN or infinite. Under the
-        rule "generalized", of meshes with holes, by the sign of f.
+        rule "generalized", of meshes with holes, whether the winding number is over ½, and 3 where its proven
+        error, at most 1e-10, leaves both sides possible.
         """
         if out is None:
             code = self._core.classify_point(points)
@@ -173,22 +175,38 @@ class Shell:
         return result if shape or out is not None else result[()]
 
     def contains(
-        self, points: PointsLike, *, boundary: bool = True, threads: int = 0, progress: ProgressLike = None
+        self,
+        points: PointsLike,
+        *,
+        boundary: bool = True,
+        uncertain: bool | None = None,
+        threads: int = 0,
+        progress: ProgressLike = None,
     ) -> Bools:
-        """Whether each point is inside; ``boundary``: or on the surface. False for what is not finite."""
+        """Whether each point is inside; ``boundary``: or on the surface. False for what is not finite.
+
+        :param uncertain: what to say where :meth:`classify` says uncertain
+        :raises OptionError: where it does and this is None
+        """
         code = self._core.classify_point(points)
-        if code is not None:
+        if code is not None and code != Side.UNCERTAIN:
             return _inside[boundary][code]  # type: ignore[return-value]
         codes = self.classify(points, threads=threads, progress=progress)
-        return codes <= 0 if boundary else codes < 0
+        inside = codes <= 0 if boundary else codes < 0
+        unsure = codes == Side.UNCERTAIN
+        if not np.any(unsure):
+            return inside
+        if uncertain is None:
+            raise OptionError("contains: a point's side is uncertain; pass uncertain=True or uncertain=False")
+        return inside | unsure if uncertain else inside
 
     def signed_distance(
         self, points: PointsLike, *, out: Floats | None = None, threads: int = 0, progress: ProgressLike = None
     ) -> Floats:
         """The distance to the mesh, negative inside: exact up to rounding, its sign that of :meth:`classify`.
 
-        Positive everywhere under the rule "unsigned". NaN where a coordinate is not finite. The first call
-        prepares a search tree: about a second per million triangles.
+        Positive everywhere under the rule "unsigned". NaN where a coordinate is not finite or the side is
+        uncertain. The first call prepares a search tree: about a second per million triangles.
         """
         return self._floats(self._core.signed_distance, points, out, (), threads, progress)
 

@@ -19,8 +19,10 @@ namespace its {
 
 namespace {
 
-constexpr Named<Side> sides[] = {
-    {Side::inside, "inside"}, {Side::on_surface, "on_surface"}, {Side::outside, "outside"}};
+constexpr Named<Side> sides[] = {{Side::inside, "inside"},
+                                 {Side::on_surface, "on_surface"},
+                                 {Side::outside, "outside"},
+                                 {Side::uncertain, "uncertain"}};
 
 /// \throws InputError unless the uses of an edge one way and the other cancel
 void require_balanced(std::span<const mesh::EdgeUse> uses) {

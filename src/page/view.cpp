@@ -146,7 +146,7 @@ Json facts(const ThinShell& shell) {
     return Json::array({{"Depth K", fmt::format("{}", info.depth)},
                         {"Finest cell", display::number_text(info.cell_width)},
                         {"Sign rule", std::string(name(info.sign))},
-                        {"Sides", info.sign == SignRule::generalized ? "by the shell" : "exact"},
+                        {"Sides", "exact"},
                         {"ε₁", display::number_text(info.epsilon_inner)},
                         {"ε₂", display::number_text(info.epsilon_outer)},
                         {"Thickness", display::number_text(info.thickness())},

@@ -1,7 +1,12 @@
 #pragma once
 
+#include <memory>
+#include <mutex>
+
+#include "its/inspect.h"
 #include "its/query.h"
 #include "query/index.h"
+#include "query/open_sides.h"
 #include "shell/access.h"
 
 namespace its::query {
@@ -18,4 +23,17 @@ struct its::Query::Data {
 
     ThinShell shell;
     query::QueryIndex index;
+
+    const winding::MeshWinding& winding() const {
+        if (index.open) return index.open->winding();
+        std::call_once(once, [this] {
+            made = std::make_unique<winding::MeshWinding>(index.shell.mesh.vertices, index.shell.mesh.triangles,
+                                                          index.shell.info.sign == SignRule::winding);
+        });
+        return *made;
+    }
+
+private:
+    mutable std::once_flag once;
+    mutable std::unique_ptr<winding::MeshWinding> made;  ///< where the index has none
 };

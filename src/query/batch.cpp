@@ -12,6 +12,7 @@
 #include "query/access.h"
 #include "query/decide.h"
 #include "query/evaluate.h"
+#include "query/open_sides.h"
 
 // Batches go through blocks of points, stage by stage: a stage is a loop without calls whose iterations are
 // independent, so that it becomes vector code or at least overlaps its cache misses; points that are not
@@ -152,7 +153,7 @@ void decide_adaptive(const QueryIndex& index, const Vec3* points, const Block& b
             const std::uint64_t cell = surface_number(index.levels.data(), at.group, at.child, at.level);
             double value[8];
             const double f = surface_value(index, at, value);
-            side = side_by_corners(f, value, surface.corners_inside[cell], surface.lower[cell],
+            side = side_by_corners(f, value, corners_inside(index, at, cell), surface.lower[cell],
                                    surface.upper[cell]);
         }
         out[i] = side != 0 ? std::int8_t(side) : std::int8_t(decide(index, points[i], at));
@@ -180,10 +181,8 @@ void decide_survivors(const QueryIndex& index, const Vec3* points, const Block& 
     }
 }
 
-void classify_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
-    Block block;
+void classify_steady(const QueryIndex& index, const Vec3* points, int count, Block& block, std::int8_t* out) {
     Survivors left;
-    map_points(index, points, count, block);
     look_up(index.top.data(), count, block, out);
     keep_subdivided(block, count, left);
     if (!index.adaptive) {
@@ -203,6 +202,44 @@ void classify_block(const QueryIndex& index, const Vec3* points, int count, std:
         found.level[found.count++] = 0;
     }
     decide_adaptive(index, points, block, found, out);
+}
+
+/// Points of cubes that are not steady.
+struct Unsteady {
+    int count = 0;
+    std::uint32_t point[block_points], node[block_points];
+};
+
+/// Lists them, and places them outside of the grid.
+void keep_unsteady(const QueryIndex& index, int count, Block& block, Unsteady& unsteady) {
+    std::uint32_t cells[block_points];  // whose cell is not all steady
+    int n = 0;
+    for (int i = 0; i < count; ++i) {
+        cells[n] = std::uint32_t(i);
+        n += int(index.open->unsteady(block.place[i]));
+    }
+    for (int k = 0; k < n; ++k) {
+        const std::uint32_t i = cells[k];
+        const std::uint32_t node = index.open->resolve(index, {block.x[i], block.y[i], block.z[i]});
+        unsteady.point[unsteady.count] = i;
+        unsteady.node[unsteady.count] = node;
+        unsteady.count += int(!OpenSides::is_steady(node));
+    }
+    for (int k = 0; k < unsteady.count; ++k)
+        block.place[unsteady.point[k]] = index.side * index.side * index.side;
+}
+
+void classify_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
+    Block block;
+    map_points(index, points, count, block);
+    Unsteady unsteady;
+    if (index.open) keep_unsteady(index, count, block, unsteady);
+    classify_steady(index, points, count, block, out);
+    for (int k = 0; k < unsteady.count; ++k) {
+        const std::uint32_t i = unsteady.point[k];
+        out[i] = std::int8_t(
+            index.open->side(index, unsteady.node[k], points[i], {block.x[i], block.y[i], block.z[i]}));
+    }
 }
 
 /// What the stages of a block of values hand on.
@@ -274,21 +311,6 @@ void value_block(const QueryIndex& index, const Vec3* points, int count, double*
     for (int k = 0; k < finer; ++k) out[list[k]] = field_value(index, points[list[k]]);
 }
 
-/// Under rules whose sides are not constant off M.
-void sign_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
-    double f[block_points];
-    value_block(index, points, count, f);
-    for (int i = 0; i < count; ++i)
-        out[i] = std::isnan(f[i]) ? not_finite : std::int8_t(side_by_sign_of_field(index, points[i], f[i]));
-}
-
-void sides_of_block(const QueryIndex& index, const Vec3* points, int count, std::int8_t* out) {
-    if (constant_off_surface(index.shell.info.sign))
-        classify_block(index, points, count, out);
-    else
-        sign_block(index, points, count, out);
-}
-
 void check_sizes(std::size_t points, std::size_t out) {
     if (points != out)
         throw OptionError(fmt::format("batch of {} points: there is room for {} results", points, out));
@@ -317,7 +339,31 @@ void for_blocks(std::uint64_t count, const Run& run, const Answer& answer) {
 void Query::classify(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run) const {
     check_sizes(points.size(), out.size());
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
-        sides_of_block(data_->index, points.data() + begin, count, out.data() + begin);
+        classify_block(data_->index, points.data() + begin, count, out.data() + begin);
+    });
+}
+
+void Query::contains(std::span<const Vec3> points, std::span<std::uint8_t> out,
+                     std::optional<bool> when_uncertain, const Run& run) const {
+    check_sizes(points.size(), out.size());
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
+        std::int8_t code[block_points];
+        classify_block(data_->index, points.data() + begin, count, code);
+        for (int i = 0; i < count; ++i)
+            out[begin + std::uint64_t(i)] =
+                code[i] != not_finite && contained(Side(code[i]), when_uncertain) ? 1 : 0;
+    });
+}
+
+void Query::winding_number(std::span<const Vec3> points, std::span<WindingNumber> out, const Run& run) const {
+    check_sizes(points.size(), out.size());
+    const winding::MeshWinding& mesh = data_->winding();
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                     infinity = std::numeric_limits<double>::infinity();
+    for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
+        for (std::uint64_t i = begin; i < begin + std::uint64_t(count); ++i)
+            out[i] = finite(points[i]) ? winding_off_surface(data_->index, mesh, points[i])
+                                       : WindingNumber{nan, infinity};
     });
 }
 
@@ -369,7 +415,7 @@ void Query::signed_distance_bound(std::span<const Vec3> points, std::span<Interv
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for_blocks(points.size(), run, [&](std::uint64_t begin, int count) {
         std::int8_t code[block_points];
-        sides_of_block(data_->index, points.data() + begin, count, code);
+        classify_block(data_->index, points.data() + begin, count, code);
         for (int i = 0; i < count; ++i) {
             const Vec3& p = points[begin + std::uint64_t(i)];
             out[begin + std::uint64_t(i)] =

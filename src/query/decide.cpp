@@ -1,7 +1,10 @@
 #include "query/decide.h"
 
+#include <limits>
+
 #include "its/inspect.h"
 #include "query/crossing.h"
+#include "query/open_sides.h"
 
 namespace its::query {
 
@@ -42,7 +45,7 @@ int side_by_field(const QueryIndex& index, const SurfacePoint& at, std::uint64_t
         end = walk(value, at.local, -1);
     else
         return 0;
-    if (index.adaptive) return index.shell.surface.corners_inside[cell] >> end & 1 ? -1 : 1;
+    if (index.adaptive) return corners_inside(index, at, cell) >> end & 1 ? -1 : 1;
     return geometry::detail::sign(value[end]);  // D's sign is exact where D is not 0
 }
 
@@ -63,6 +66,7 @@ struct Goal {
 Goal choose_goal(const QueryIndex& index, const SurfacePoint& at, std::uint64_t cell) {
     const shell::ShellData& shell = index.shell;
     std::array<std::int64_t, 3> corner = {at.corner[0], at.corner[1], at.corner[2]};
+    if (index.open) return {shell.lattice.position(corner), index.open->numbers(index, at, cell).lowest};
     if (!shell.sides.winding.empty()) return {shell.lattice.position(corner), shell.sides.winding[cell]};
     std::int64_t winding = index.levels[std::size_t(at.level)].inside[at.group] >> at.child & 1;
     if (shell.info.sign == SignRule::unsigned_rule || shell.info.solver != Solver::direct)
@@ -99,33 +103,67 @@ Side side_by_triangles(const QueryIndex& index, const Vec3& p, const SurfacePoin
     return is_inside(shell.info.sign, winding) ? Side::inside : Side::outside;
 }
 
-/// Whether a triangle holds the point, exactly.
-bool on_surface(const QueryIndex& index, const Vec3& p) {
-    const Vec3 u = index.to_lattice(p);
+}  // namespace
+
+unsigned corners_inside(const QueryIndex& index, const SurfacePoint& at, std::uint64_t cell) {
+    if (index.open) return index.open->numbers(index, at, cell).inside;
+    return index.shell.surface.corners_inside[cell];
+}
+
+bool on_surface(const QueryIndex& index, const Vec3& point) {
+    const Vec3 u = index.to_lattice(point);
     if (!index.in_root(u)) return false;
     const shell::ShellData& shell = index.shell;
     const Place at = descend(index.levels.data(), 0, shell.octree.depth, finest_cell(u));
     if (!at.marked) return false;
     for (const std::uint32_t number : triangles_of(index, at.group, at.child, at.level)) {
         const Triangle& t = shell.mesh.triangles[number];
-        if (triangle_holds(shell.mesh.vertices[t[0]], shell.mesh.vertices[t[1]], shell.mesh.vertices[t[2]], p))
+        if (triangle_holds(shell.mesh.vertices[t[0]], shell.mesh.vertices[t[1]], shell.mesh.vertices[t[2]],
+                           point))
             return true;
     }
     return false;
-}
-
-}  // namespace
-
-Side side_by_sign_of_field(const QueryIndex& index, const Vec3& point, double f) {
-    const ShellInfo& info = index.shell.info;  // f is in [ε₁, ε₂] on M
-    if (f >= info.epsilon_inner && f <= info.epsilon_outer && on_surface(index, point)) return Side::on_surface;
-    return f < 0 ? Side::inside : Side::outside;
 }
 
 Side decide(const QueryIndex& index, const Vec3& point, const SurfacePoint& at) {
     const std::uint64_t cell = surface_number(index.levels.data(), at.group, at.child, at.level);
     if (const int side = side_by_field(index, at, cell)) return Side(side);
     return side_by_triangles(index, point, at, cell);
+}
+
+WindingNumber winding_off_surface(const QueryIndex& index, const winding::MeshWinding& mesh,
+                                  const Vec3& point) {
+    if (on_surface(index, point))
+        return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+    const winding::WindingEstimate w = mesh.at(point);
+    return {w.value, w.error};
+}
+
+bool contained(Side side, const std::optional<bool>& when_uncertain) {
+    if (side != Side::uncertain) return side != Side::outside;
+    if (!when_uncertain)
+        throw OptionError(
+            "contains: a point's side is uncertain, since its winding number is within its error of 1/2; say "
+            "what is to "
+            "be answered then");
+    return *when_uncertain;
+}
+
+Side classify_in_root(const QueryIndex& index, const Vec3& point, const Vec3& u) {
+    if (index.open) {
+        const std::uint32_t node = index.open->resolve(index, u);
+        if (!OpenSides::is_steady(node)) return index.open->side(index, node, point, u);
+    }
+    const octree::Cell finest = finest_cell(u);
+    const std::uint32_t entry = index.top[index.top_index(finest)];
+    if (!(entry & (QueryIndex::subdivided | QueryIndex::surface)))
+        return entry & QueryIndex::inside ? Side::inside : Side::outside;
+    const LevelView* const levels = index.levels.data();
+    const Place at = entry & QueryIndex::subdivided
+                         ? descend(levels, entry & ~QueryIndex::subdivided, index.level - 1, finest)
+                         : descend(levels, 0, index.shell.octree.depth, finest);
+    if (!at.marked) return inside_bit(levels, at) ? Side::inside : Side::outside;
+    return decide(index, point, surface_point(at, finest, u));
 }
 
 Decision how_decided(const QueryIndex& index, const SurfacePoint& at) {
@@ -135,7 +173,7 @@ Decision how_decided(const QueryIndex& index, const SurfacePoint& at) {
     const double f = surface_value(index, at, value);
     const shell::SurfaceCells& surface = index.shell.surface;
     if (index.adaptive)
-        return side_by_corners(f, value, surface.corners_inside[cell], surface.lower[cell],
+        return side_by_corners(f, value, corners_inside(index, at, cell), surface.lower[cell],
                                surface.upper[cell]) != 0
                    ? Decision::bounds
                    : Decision::walk;

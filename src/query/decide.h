@@ -1,22 +1,16 @@
 #pragma once
 
+#include <optional>
+
 #include "geometry/trilinear.h"
 #include "geometry/vec3.h"
 #include "its/inspect.h"
 #include "its/query.h"
 #include "query/index.h"
+#include "winding/mesh_winding.h"
 
 /// The side of a point in a cell that meets M.
 namespace its::query {
-
-/// A point in a surface cell.
-struct SurfacePoint {
-    std::uint64_t group;
-    unsigned child;
-    int level;
-    octree::Cell corner;  ///< the cell's lowest, a lattice point
-    Vec3 local;           ///< in the cell, [0, 1)
-};
 
 /// Of a point with these lattice coordinates, in this finest cell. Exact: differences with what floor()
 /// selects, and a power of two.
@@ -74,17 +68,24 @@ ITS_INLINE int side_by_bounds(double f, float lower, float upper) {
     return int(f > high + walk_margin) - int(f < low - walk_margin);
 }
 
-/// Whether the side is constant where M is not, as a function of the winding number is: all that is below needs
-/// it.
-inline bool constant_off_surface(SignRule rule) {
-    return rule != SignRule::generalized;
-}
+/// Bit c: the corner c of a surface cell of an adaptive shell, displaced, is inside.
+unsigned corners_inside(const QueryIndex& index, const SurfacePoint& at, std::uint64_t cell);
 
-/// For the other rules: on the surface exactly where a triangle holds the point, else the sign of f.
-Side side_by_sign_of_field(const QueryIndex& index, const Vec3& point, double f);
-
-/// The exact side of any point in a surface cell, by whatever it takes.
+/// The exact side of any point in a surface cell, which under SignRule::generalized is steady, by whatever it
+/// takes.
 Side decide(const QueryIndex& index, const Vec3& point, const SurfacePoint& at);
+
+/// The exact side of a point with these lattice coordinates in the root cube.
+Side classify_in_root(const QueryIndex& index, const Vec3& point, const Vec3& u);
+
+/// Whether a triangle holds the point, exactly.
+bool on_surface(const QueryIndex& index, const Vec3& point);
+
+/// NaN on the surface.
+WindingNumber winding_off_surface(const QueryIndex& index, const winding::MeshWinding& mesh, const Vec3& point);
+
+/// Inside or on the surface. \throws OptionError if that is uncertain and nothing is said
+bool contained(Side side, const std::optional<bool>& when_uncertain);
 
 /// How decide() came to its answer; for statistics.
 enum class Decision : std::uint8_t { bounds, walk, local };

@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <bit>
 
+#include "base/parallel.h"
+#include "its/inspect.h"
 #include "octree/neighbours.h"
+#include "query/open_sides.h"
 
 namespace its::query {
 
 namespace {
+
+constexpr std::uint64_t side_grain = 4096;
 
 /// Values at the points of a lattice of n cells a side.
 struct Grid {
@@ -209,7 +214,35 @@ ITS_INLINE void refine(const LevelView& finer, const Around& around, unsigned oc
     }
 }
 
+/// The sides of leaves without M, which are those of the middles of their groups: corners of theirs that never
+/// hang, with a distance that is not 0, since else M would be in all cells around.
+void mark_inside(QueryIndex& index) {
+    constexpr std::size_t middle = 13;
+    const octree::Octree& octree = index.shell.octree;
+    const bool by_value = index.shell.info.solver == Solver::direct;
+    for (std::size_t k = 0; k < octree.levels.size(); ++k) {
+        const octree::Level& level = octree.levels[k];
+        std::vector<std::uint8_t>& inside = index.open_inside.emplace_back(level.groups());
+        parallel_for(level.groups(), side_grain, [&](std::uint64_t group) {
+            const unsigned divided = level.mask[group] | (level.leaf.empty() ? 0u : level.leaf[group]);
+            if (divided == 0xff) return;
+            bool in = index.levels[k].values[octree::group_points * group + middle] < 0;
+            if (!by_value) {
+                const octree::Cell parent = octree::morton_decode(level.parent[group]);
+                std::array<std::int64_t, 3> at;
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    at[axis] = (std::int64_t{2} * parent[axis] + 1) << k;
+                in = index.open->winding().above_half(index.shell.lattice.position(at)) > 0;
+            }
+            if (in) inside[group] = std::uint8_t(~divided);
+        });
+        index.levels[k].inside = inside.data();
+    }
+}
+
 }  // namespace
+
+QueryIndex::~QueryIndex() = default;
 
 QueryIndex::QueryIndex(const shell::ShellData& data)
     : shell(data),
@@ -231,12 +264,20 @@ QueryIndex::QueryIndex(const shell::ShellData& data)
         levels[k].first_cell = data.octree.surface_cells_below(int(k));
         levels[k].first_group = data.octree.surface_groups_below(int(k));
     }
+    if (data.info.sign == SignRule::generalized) {
+        open = std::make_unique<OpenSides>(*this);
+        mark_inside(*this);
+    }
     top = make_top(*this);
+    if (open) open->settle(top);
     values = coarse_values(*this);
 }
 
 std::uint64_t QueryIndex::memory_bytes() const {
-    return sizeof(*this) + top.size() * sizeof(top[0]) + values.size() * sizeof(values[0]);
+    std::uint64_t bytes = sizeof(*this) + top.size() * sizeof(top[0]) + values.size() * sizeof(values[0]);
+    if (open) bytes += open->memory_bytes();
+    for (const auto& level_sides : open_inside) bytes += level_sides.size();
+    return bytes;
 }
 
 ITS_CLONES Patch find_patch(const QueryIndex& index, const octree::Cell& finest) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/platform/compiler.h"
@@ -26,6 +27,8 @@ struct LevelView {
                   first_group = 0;  ///< number of its first surface cell, and of its groups' lists
 };
 
+class OpenSides;
+
 struct QueryIndex {
     static constexpr int top_bits = 6;  ///< the grid has at most 2^top_bits cells a side
     // An entry of the grid, for a lattice cell of level `level`:
@@ -37,6 +40,9 @@ struct QueryIndex {
     static constexpr std::uint32_t surface = 1u << 29;
 
     explicit QueryIndex(const shell::ShellData& shell);
+    ~QueryIndex();
+    QueryIndex(const QueryIndex&) = delete;
+    QueryIndex& operator=(const QueryIndex&) = delete;
 
     std::uint64_t top_index(const octree::Cell& cell) const {
         const auto n = std::uint64_t{side};
@@ -53,6 +59,10 @@ struct QueryIndex {
     std::vector<std::uint32_t> top;  ///< n³ entries, x fastest, and one that is outside, for points of no cell
     std::vector<double> values;      ///< F_t at the (n+1)³ lattice points of level t
     std::array<LevelView, max_adaptive_depth + 1> levels;
+
+    /// Under SignRule::generalized; the sides of leaves that the levels refer to then, right in steady cubes.
+    std::unique_ptr<OpenSides> open;
+    std::vector<std::vector<std::uint8_t>> open_inside;
 
     std::uint64_t memory_bytes() const;
 
@@ -97,6 +107,15 @@ struct Place {
     unsigned child;
     int level;
     bool marked;  ///< a surface cell; else a leaf without M
+};
+
+/// A point in a surface cell.
+struct SurfacePoint {
+    std::uint64_t group;
+    unsigned child;
+    int level;
+    octree::Cell corner;  ///< the cell's lowest, a lattice point
+    Vec3 local;           ///< in the cell, [0, 1)
 };
 
 /// Set bits. Written out, since the baseline instruction set would take a call; compilers know this form and

@@ -51,18 +51,16 @@ Side Query::classify(const Vec3& point) const {
         require_finite(point);
         return Side::outside;
     }
-    if (!constant_off_surface(data_->shell.info().sign))
-        return side_by_sign_of_field(index, point, field_value(index, point));
-    const octree::Cell finest = finest_cell(u);
-    const std::uint32_t entry = index.top[index.top_index(finest)];
-    if (!(entry & (QueryIndex::subdivided | QueryIndex::surface)))
-        return entry & QueryIndex::inside ? Side::inside : Side::outside;
-    const LevelView* const levels = index.levels.data();
-    const Place at = entry & QueryIndex::subdivided
-                         ? descend(levels, entry & ~QueryIndex::subdivided, index.level - 1, finest)
-                         : descend(levels, 0, index.shell.octree.depth, finest);
-    if (!at.marked) return inside_bit(levels, at) ? Side::inside : Side::outside;
-    return decide(index, point, surface_point(at, finest, u));
+    return classify_in_root(index, point, u);
+}
+
+bool Query::contains(const Vec3& point, std::optional<bool> when_uncertain) const {
+    return contained(classify(point), when_uncertain);
+}
+
+WindingNumber Query::winding_number(const Vec3& point) const {
+    require_finite(point);
+    return winding_off_surface(data_->index, data_->winding(), point);
 }
 
 ShellSide Query::classify_shell(const Vec3& point) const {

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/double_double.h"
 #include "base/platform/compiler.h"
 #include "geometry/predicates.h"
 #include "geometry/vec3.h"
@@ -97,6 +98,10 @@ Vec3 half_laplacian(const Cubic& f) {
     return {3 * f[0] + f[5] + f[7], 3 * f[1] + f[3] + f[8], 3 * f[2] + f[4] + f[6]};
 }
 
+/// Of products, in the squared units of the mesh: these lose below 2⁻¹⁰⁷⁰ each, and the mesh's size, at least
+/// 2⁻²⁵⁰, squared is far above this.
+constexpr double underflow = 0x1p-1000;
+
 /// A boundary point seen from the origin: α = y + i·z and σ = |v| + x, without cancellation.
 struct Seen {
     double y, z, sigma, size;  ///< size ≥ |α|
@@ -117,8 +122,73 @@ void add_half_lune(AngleSums<1>& sum, const Seen& a, const Seen& b, int side) {
     const double sigmas = a.sigma * b.sigma;
     const double im = std::abs(a.y * b.z - a.z * b.y);
     // Relative errors: u in coordinates, 8u in σ, 3u in products: less than 32u of the sum of magnitudes.
-    sum.add(0, sigmas + a.y * b.y + a.z * b.z, side > 0 ? im : -im,
-            32 * unit_roundoff * (sigmas + a.size * b.size));
+    const double re = sigmas + a.y * b.y + a.z * b.z,
+                 error = 32 * unit_roundoff * (sigmas + a.size * b.size) + underflow;
+    sum.add(0, re, side > 0 ? im : -im, re == 0 && im == 0 ? infinity : error);
+}
+
+/// As Seen, with twice the digits. Differences are exact; relative errors, with u² = 2⁻¹⁰⁶: |α|² 15u², |v|²
+/// 30u², |v| 27u², σ as a sum 33u², as a quotient 15u² + 45u² + 8u².
+struct PreciseSeen {
+    DoubleDouble y, z, sigma;
+    double size;  ///< ≥ |α|
+
+    PreciseSeen(const Vec3& v, const Vec3& p) : y(exact_sum(v.y, -p.y)), z(exact_sum(v.z, -p.z)) {
+        const DoubleDouble x = exact_sum(v.x, -p.x), squared = sum_of_products(y, y, z, z);
+        if (x.high != 0 || squared.high > 0) {
+            const DoubleDouble length = square_root(x * x + squared);
+            sigma = x.high >= 0 ? length + x : squared * inverse(length - x);
+        }
+        if (squared.high == 0 && x.high < 0) y = -1;
+        size = (std::abs(y.high) + std::abs(z.high)) * outward;
+    }
+};
+
+/// As AngleSums, of one sum, with twice the digits until the end.
+class PreciseAngleSum {
+public:
+    /// Adds arg(re + i·im), which has the sign of `side` for re < 0.
+    void add(DoubleDouble re, DoubleDouble im, double side, double error) {
+        const double size = std::abs(re.high) + std::abs(im.high);
+        error_ += size > 0 ? (std::numbers::sqrt2 * std::numbers::pi / 2) * outward * (error / size) : infinity;
+        if (re.high < 0) {  // turned by a right angle, as there
+            quarters_ += side;
+            const DoubleDouble turned = side > 0 ? im : -im;
+            im = side > 0 ? -re : re;
+            re = turned;
+        }
+        const double scale = std::ldexp(1.0, -std::ilogb(size > 0 ? size : 1.0));
+        re = {scale * re.high, scale * re.low};
+        im = {scale * im.high, scale * im.low};
+        const DoubleDouble x = sum_of_products(x_, re, -y_, im), y = sum_of_products(x_, im, y_, re);
+        const bool below = y.high < 0, was_below = y_.high < 0;
+        if (x.high < 0 && x_.high < 0 && below != was_below) quarters_ += below ? 4 : -4;
+        const double shrink = std::ldexp(1.0, -std::ilogb(std::abs(x.high) + std::abs(y.high)));
+        x_ = {shrink * x.high, shrink * x.low};
+        y_ = {shrink * y.high, shrink * y.low};
+        ++count_;
+    }
+
+    double sum() const { return std::atan2(y_.high, x_.high) + std::numbers::pi / 2 * quarters_; }
+    /// 64u² for each product; 8u for the last steps and each quarter turn.
+    double error() const {
+        return error_ + 64 * unit_roundoff * unit_roundoff * count_ +
+               8 * unit_roundoff * (2 + std::abs(quarters_));
+    }
+
+private:
+    DoubleDouble x_ = 1, y_ = 0;
+    double quarters_ = 0, error_ = 0, count_ = 0;
+};
+
+void add_half_lune(PreciseAngleSum& sum, const PreciseSeen& a, const PreciseSeen& b, int side) {
+    if (side == 0) return;
+    const DoubleDouble sigmas = a.sigma * b.sigma, re = sigmas + sum_of_products(a.y, b.y, a.z, b.z);
+    DoubleDouble im = sum_of_products(a.y, b.z, -a.z, b.y);
+    if ((im.high < 0) != (side < 0)) im = -im;  // it is 0 but for its error
+    // σσ 144u² and, in the sum, 6u²; α·α 15u² and 6u²; the imaginary part 15u².
+    sum.add(re, im, side,
+            256 * unit_roundoff * unit_roundoff * (sigmas.high + a.size * b.size) * outward + underflow);
 }
 
 }  // namespace
@@ -350,21 +420,64 @@ WindingEstimate Filling::winding(const Vec3& point, double tolerance) const {
     return {estimates.value[0], estimates.error[0]};
 }
 
+/// fn(loop's first point), then fn of each next one, loop by loop.
+template <class F>
+void Filling::for_boundary(F&& fn) const {
+    for (std::size_t loop = 0; loop + 1 < chain_begin_.size(); ++loop)
+        for (std::uint64_t i = chain_begin_[loop]; i < chain_begin_[loop + 1]; ++i)
+            fn(surface_.vertices[chain_[i]], i == chain_begin_[loop]);
+}
+
+namespace {
+
+/// Of a sum of half angles along the loops, which run along −∂M.
+WindingEstimate as_winding(double sum, double error) {
+    const double bound = error / (2 * std::numbers::pi) * outward;
+    return {-sum / (2 * std::numbers::pi), bound < useless_error ? bound : infinity};
+}
+
+}  // namespace
+
 WindingEstimate Filling::boundary_term(const Vec3& p) const {
     AngleSums<1> sum;
-    for (std::size_t loop = 0; loop + 1 < chain_begin_.size(); ++loop) {
-        const Vec3* a = &surface_.vertices[chain_[chain_begin_[loop]]];
-        Seen from(*a - p);
-        for (std::uint64_t i = chain_begin_[loop] + 1; i < chain_begin_[loop + 1]; ++i) {
-            const Vec3* b = &surface_.vertices[chain_[i]];
-            const Seen to(*b - p);
-            add_half_lune(sum, from, to, geometry::perturbed_orient2d_yz(*a, *b, p));
-            a = b;
-            from = to;
-        }
-    }
-    // The loops run along −∂M.
-    return {-sum.sum(0) / (2 * std::numbers::pi), sum.error(0, double(edge_count_)) / (2 * std::numbers::pi)};
+    const Vec3* a = nullptr;
+    Seen from(Vec3{});
+    for_boundary([&](const Vec3& b, bool first) {
+        const Seen to(b - p);
+        if (!first) add_half_lune(sum, from, to, geometry::perturbed_orient2d_yz(*a, b, p));
+        a = &b;
+        from = to;
+    });
+    return as_winding(sum.sum(0), sum.error(0, double(edge_count_)));
+}
+
+WindingEstimate Filling::precise_boundary_term(const Vec3& p) const {
+    PreciseAngleSum sum;
+    const Vec3* a = nullptr;
+    PreciseSeen from(p, p);
+    for_boundary([&](const Vec3& b, bool first) {
+        const PreciseSeen to(b, p);
+        if (!first) add_half_lune(sum, from, to, geometry::perturbed_orient2d_yz(*a, b, p));
+        a = &b;
+        from = to;
+    });
+    return as_winding(sum.sum(), sum.error());
+}
+
+double Filling::boundary_length() const {
+    double length = 0;
+    const Vec3* a = nullptr;
+    for_boundary([&](const Vec3& b, bool first) {
+        if (!first) length += norm(b - *a);
+        a = &b;
+    });
+    return length;
+}
+
+std::uint64_t Filling::memory_bytes() const {
+    return surface_.vertices.size() * sizeof(Vec3) + surface_.triangles.size() * sizeof(Triangle) +
+           nodes_.size() * sizeof(Node) + chain_.size() * sizeof(chain_[0]) +
+           chain_begin_.size() * sizeof(chain_begin_[0]);
 }
 
 int Filling::crossings(const Vec3& p) const {

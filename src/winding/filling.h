@@ -22,6 +22,9 @@ struct WindingEstimate {
     double value = 0, error = 0;
 };
 
+/// Bounds on errors of arguments hold where they are below a right angle, a quarter as a winding number.
+inline constexpr double useless_error = 0.2;
+
 class Filling {
 public:
     explicit Filling(const mesh::Merged& mesh);
@@ -31,6 +34,9 @@ public:
     bool empty() const { return nodes_.empty(); }
     std::uint64_t edges() const { return edge_count_; }  ///< of the boundary, with multiplicity
     std::uint64_t loops() const { return loop_count_; }
+
+    double boundary_length() const;
+    std::uint64_t memory_bytes() const;
 
     /// F. Its triangles have the direction that continues M's, and corners at M's vertices.
     const Mesh& surface() const { return surface_; }
@@ -52,8 +58,11 @@ public:
 
     /// The boundary term of the antipodal method: the winding number of M at p is the signed crossings of M by
     /// the ray from p in direction −x (geometry/predicates.h), plus this. Like those, it is that of the
-    /// displaced point. Time proportional to edges().
+    /// displaced point. Time proportional to edges(). The error is infinite where it is not known to be below
+    /// useless_error.
     WindingEstimate boundary_term(const Vec3& p) const;
+    /// The same with twice a double's digits: where points are so near an edge that a double's do not suffice.
+    WindingEstimate precise_boundary_term(const Vec3& p) const;
 
     /// Signed crossings of F by the ray from p, displaced, in direction −x: exact.
     int crossings(const Vec3& p) const;
@@ -82,6 +91,8 @@ private:
     static Node triangle(std::span<const Vec3> corners);
     static void add_moments(const Node& part, const Vec3& offset, Node& node);
     std::uint32_t finish(Node node, std::span<const Vec3> corners);
+    template <class F>
+    void for_boundary(F&& fn) const;
     struct Sums;
     void collect(std::uint32_t index, Sums& sums) const;
     bool add_patch(const Node& node, Sums& sums) const;

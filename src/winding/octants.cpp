@@ -425,14 +425,14 @@ double Octants::linear(const Expansion& e, int lane) const {
     for (const Row& g : e.gradient) sum += std::abs(g[lane]);
     return sum * cubes_.half;
 }
-double Octants::quadratic(const Expansion& e, int lane) const {
+double Octants::bend(const Expansion& e, int lane) const {
     double sum = 0;
     for (int k = 0; k < 6; ++k) sum += (k < 3 ? 1 : 2) * std::abs(e.hessian[k][lane]);
     return sum * cubes_.half * cubes_.half;
 }
 
 double Octants::rounding(int lane) const {
-    return 32 * unit_roundoff * (std::abs(far_.value[lane]) + linear(far_, lane) + quadratic(far_, lane));
+    return 32 * unit_roundoff * (std::abs(far_.value[lane]) + linear(far_, lane) + bend(far_, lane));
 }
 
 Octants::Error Octants::own_error(int lane) const {
@@ -467,9 +467,23 @@ WindingEstimate Octants::at_centre(int lane) const {
 /// What is far, and what patches left whole add, is within its error of a quadratic function, at the centre as
 /// elsewhere; what is near within its sides' remainders, which are 0 at the centre.
 double Octants::variation(int lane) const {
-    return (linear(all_, lane) + 0.5 * quadratic(all_, lane) + far_error(lane, 0) + far_error(lane, radius_) +
+    return (linear(all_, lane) + 0.5 * bend(all_, lane) + far_error(lane, 0) + far_error(lane, radius_) +
             2 * whole_[lane] + all_.error[lane]) *
            outward;
+}
+
+/// What is far is within far_error() of its function, patches left whole within theirs; near triangles are
+/// exact at the centre and within their sides' remainders elsewhere.
+Octants::Quadratic Octants::quadratic(int lane) const {
+    Quadratic q;
+    q.value = at_centre(lane).value;
+    for (int k = 0; k < 3; ++k) q.gradient[k] = all_.gradient[k][lane];
+    for (int k = 0; k < 6; ++k) q.hessian[k] = all_.hessian[k][lane];
+    q.error = (far_error(lane, radius_) + whole_[lane] + all_.error[lane] + doubtful_[lane] +
+               angles_.error(lane, count_) / (2 * std::numbers::pi) +
+               32 * unit_roundoff * (std::abs(q.value) + linear(all_, lane) + bend(all_, lane))) *
+              outward;
+    return q;
 }
 
 ITS_CLONES void Octants::see(const Vec3& v, const Points& points, Seen& out) {

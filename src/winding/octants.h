@@ -29,6 +29,13 @@ public:
     WindingEstimate at_centre(int lane) const;
     /// |w(q) − w(centre)| for all points q of the cube, but for whole numbers where the way crosses F.
     double variation(int lane) const;
+    /// The winding number as a quadratic function, w(centre + b) = value + gradient·b + ½ b·hessian b, within
+    /// `error` at all points of the cube, but for whole numbers where the way crosses F.
+    struct Quadratic {
+        double value, gradient[3], hessian[6];  ///< xx, yy, zz, xy, xz, yz
+        double error;
+    };
+    Quadratic quadratic(int lane) const;
     /// Whether F stays away from the cube, so that variation() holds without exception.
     bool clear(int lane) const { return (clear_ >> lane & 1) != 0; }
 
@@ -93,7 +100,7 @@ private:
     Error own_error(int lane) const;
     double far_error(int lane, double radius) const;
     double linear(const Expansion& e, int lane) const;
-    double quadratic(const Expansion& e, int lane) const;
+    double bend(const Expansion& e, int lane) const;
     double rounding(int lane) const;
 
     // Vector code over lanes.

@@ -108,7 +108,7 @@ ITS_INLINE SolidAngle half_solid_angle(const Sight& a, const Sight& b, const Sig
                       (c.x * a.x + c.y * a.y + c.z * a.z) * b.length;
     const double im =
         a.x * (b.y * c.z - b.z * c.y) + a.y * (b.z * c.x - b.x * c.z) + a.z * (b.x * c.y - b.y * c.x);
-    const double error = 32 * unit_roundoff * product;
+    const double error = 32 * unit_roundoff * product + 0x1p-1000;  // the latter for underflow
     const double behind = re <= error ? infinity : 0.0;
     return {re, im, error, std::abs(im) <= error ? behind : 0.0};
 }

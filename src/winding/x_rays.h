@@ -19,6 +19,11 @@ public:
     /// winding number gains from −x infinity to p. Odd iff the number of crossings is.
     int crossings(const Vec3& p) const;
 
+    /// Of the bins.
+    std::uint64_t memory_bytes() const {
+        return first_.size() * sizeof(first_[0]) + index_.size() * sizeof(index_[0]);
+    }
+
 private:
     std::int64_t bin(int axis, double at) const;
 

@@ -120,10 +120,15 @@ TEST_F(Commands, QueryWritesCodes) {
     const std::string codes = shop.path("codes.npy"), table = shop.path("table.csv");
     const json asked = run_json({"query", shell, points, "-o", codes});
     EXPECT_EQ(asked["points"], 4);
-    EXPECT_EQ(asked["counts"], json({{"inside", 1}, {"on_surface", 1}, {"outside", 1}, {"not_finite", 1}}));
+    EXPECT_EQ(asked["counts"],
+              json({{"inside", 1}, {"on_surface", 1}, {"outside", 1}, {"uncertain", 0}, {"not_finite", 1}}));
     EXPECT_GE(asked["seconds"]["query"].get<double>(), 0);
     EXPECT_EQ(content(codes).substr(128), std::string("\xff\x00\x01\x02", 4));
     EXPECT_THAT(content(codes), HasSubstr("|i1"));
+
+    ASSERT_EQ(run({"query", shell, points, "-o", table, "--winding"}).status, 0);
+    EXPECT_THAT(content(table), HasSubstr("winding,winding_error"));
+    EXPECT_THAT(content(table), HasSubstr("1,2,3,-1,1,0\n"));
 
     ASSERT_EQ(
         run({"query", shell, points, "-o", table, "--value", "--gradient", "--closest", "--quick"}).status, 0);

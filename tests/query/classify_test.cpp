@@ -113,28 +113,6 @@ TEST(Classify, ShellsOfTheIterativeSolverAreExactToo) {
         ASSERT_EQ(query.classify(p), test::brute_force_side(mesh, p, SignRule::winding));
 }
 
-/// Rules that are not constant off M: a shell that says it is one, with the field of another.
-TEST(Classify, OtherRulesGoByTheSignOfTheField) {
-    const Mesh mesh = zoo::torus(1.0, 0.35, 24, 12);
-    shell::ShellData data = shell::Access::data(build_shell(mesh, 4));
-    data.info.sign = SignRule::generalized;
-    const Query query(shell::Access::make(std::move(data)));
-    const std::vector<Vec3> points = test::hard_points(query.shell(), mesh, 100, 6);
-    std::vector<std::int8_t> codes(points.size());
-    query.classify(points, codes);
-    int on_surface = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const bool on = test::brute_force_side(mesh, points[i], SignRule::unsigned_rule) == Side::on_surface;
-        const Side expected = on                             ? Side::on_surface
-                              : query.value(points[i]) < 0.0 ? Side::inside
-                                                             : Side::outside;
-        on_surface += on;
-        ASSERT_EQ(query.classify(points[i]), expected);
-        ASSERT_EQ(codes[i], std::int8_t(expected));
-    }
-    EXPECT_GT(on_surface, 100);
-}
-
 /// Ways to decide, and that all of them are taken.
 TEST(Classify, BoundsSettleMostPointsAndWalksSomeOfTheRest) {
     const Mesh mesh = zoo::overlapping_spheres(3);  // where they overlap, f < 0 on M

@@ -46,6 +46,13 @@ Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule) {
         if (meets) return Side::on_surface;
     }
     if (rule == SignRule::unsigned_rule) return Side::outside;
+    const std::int64_t winding = brute_force_winding(mesh, point);
+    if (rule == SignRule::even_odd) return winding % 2 != 0 ? Side::inside : Side::outside;
+    return winding >= 1 ? Side::inside : Side::outside;
+}
+
+std::int64_t brute_force_winding(const Mesh& mesh, const Vec3& point) {
+    const auto corner = [&](const Triangle& t, int i) { return mesh.vertices[t[std::size_t(i)]]; };
     const Box box = octree::bounds(mesh);
     const double size = norm(box.max - box.min) + norm(point - box.min) + norm(box.min);
     Random random(99);
@@ -59,8 +66,7 @@ Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule) {
             gained += geometry::segment_crossing(corner(t, 0), corner(t, 1), corner(t, 2), point, far, meet);
             degenerate |= meet;
         }
-        if (!degenerate && rule == SignRule::even_odd) return gained % 2 != 0 ? Side::inside : Side::outside;
-        if (!degenerate) return gained <= -1 ? Side::inside : Side::outside;  // outside of all it is 0
+        if (!degenerate) return -gained;  // outside of all it is 0
     }
     throw Error("no segment avoids all edges");
 }

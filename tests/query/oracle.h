@@ -17,6 +17,9 @@ namespace its::test {
 /// edge or vertex.
 Side brute_force_side(const Mesh& mesh, const Vec3& point, SignRule rule);
 
+/// The winding number of a point that is not on the surface of a closed mesh, in the same way.
+std::int64_t brute_force_winding(const Mesh& mesh, const Vec3& point);
+
 /// Points of every kind: uniform in and around the root; vertices, midpoints, points of triangles; lattice
 /// points, and points on lattice lines and planes, near M; points 1e-3 cells off M; each also moved by one unit
 /// in the last place. `count` of each kind, deterministic.
