@@ -20,6 +20,8 @@ constexpr double tolerance = 0x1p-11;
 constexpr double whole_patch = 1;
 /// A function is taken if it is this good, and in the smallest cubes if it is of any use.
 constexpr double good_error = 0x1p-7, useful_error = 0.25;
+/// In steady cubes w is farther from ½ + Z than this, too: more than what sums, here or in the build, err by.
+constexpr double gap = 0x1p-20;
 /// Cubes that need not be halved to find a leaf of the shell are halved to a depth between these such that
 /// those around the boundary are not more, in a row along it, than:
 constexpr int least_depth = 7, most_depth = 10;
@@ -137,7 +139,7 @@ std::uint32_t OpenSides::judge(const QueryIndex& index, const Cube& cube, const 
     const bool leaf = cube.below.kind != Below::divided,
                in_leaf = leaf && cube.depth + cube.below.level > index.shell.octree.depth + 1;
     const winding::WindingEstimate w = octants.at_centre(lane);
-    const double spread = octants.variation(lane) + w.error;
+    const double spread = octants.variation(lane) + w.error + gap;
     const bool far = std::abs(w.value - (std::floor(w.value) + 0.5)) > spread,
                ends = !within && (!octants.clear(lane) || w.value - spread < -0.5);
     if (far && !ends && !in_leaf) return node_of(steady);

@@ -30,7 +30,7 @@ public:
     /// Whether that is above ½: 1, or −1: below; 0: at() does not tell either.
     int above_half(const Vec3& p) const;
 
-    /// The nearest whole number of the displaced point's. Precondition: it is not within 2⁻¹⁶ of halfway
+    /// The nearest whole number of the displaced point's. Precondition: it is not within 2⁻²⁰ of halfway
     /// between two.
     std::int64_t rounded(const Vec3& p) const;
 
