@@ -26,14 +26,15 @@ struct its::Query::Data {
 
     const winding::MeshWinding& winding() const {
         if (index.open) return index.open->winding();
-        std::call_once(once, [this] {
-            made = std::make_unique<winding::MeshWinding>(index.shell.mesh.vertices, index.shell.mesh.triangles,
-                                                          index.shell.info.sign == SignRule::winding);
+        std::call_once(once_, [this] {
+            made_ =
+                std::make_unique<winding::MeshWinding>(index.shell.mesh.vertices, index.shell.mesh.triangles,
+                                                       index.shell.info.sign == SignRule::winding);
         });
-        return *made;
+        return *made_;
     }
 
 private:
-    mutable std::once_flag once;
-    mutable std::unique_ptr<winding::MeshWinding> made;  ///< where the index has none
+    mutable std::once_flag once_;
+    mutable std::unique_ptr<winding::MeshWinding> made_;  ///< where the index has none
 };
