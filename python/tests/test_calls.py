@@ -145,7 +145,8 @@ def test_memory_does_not_grow() -> None:
 
 
 SUBINTERPRETER = """
-import os, sys
+import os
+import its
 try:
     import _interpreters as interpreters
 except ImportError:
@@ -159,7 +160,7 @@ os._exit(0)  # what numpy leaves of the interpreter is nobody's to clean up
 """
 
 
-def test_subinterpreters_are_refused() -> None:
+def test_a_second_interpreter_is_refused() -> None:
     # In a process of its own: numpy's failed import alone may crash it later.
     done = subprocess.run([sys.executable, "-c", SUBINTERPRETER], capture_output=True, text=True, check=True)
     assert "ImportError" in done.stdout
