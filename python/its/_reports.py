@@ -184,6 +184,13 @@ class Closest(NamedTuple):
     barycentric: Floats  #: of the face's three corners
 
 
+class WindingNumber(NamedTuple):
+    """Winding numbers, and how far from them the true ones are at most: 0 where they are whole and exact."""
+
+    value: Floats
+    error: Floats
+
+
 @dataclass(frozen=True)
 class Check:
     """One promise, checked."""

@@ -17,7 +17,7 @@ from ._errors import Cancelled, Error, InputError, NotCertified, NotReached, Opt
 from ._html import table
 from ._mesh import Mesh, MeshLike, Surface, as_arrays
 from ._progress import ProgressLike, observer
-from ._reports import Check, Closest, Verification, _rule
+from ._reports import Check, Closest, Verification, WindingNumber, _rule
 from ._sizes import bytes_of, given
 
 
@@ -183,22 +183,25 @@ class Shell:
         threads: int = 0,
         progress: ProgressLike = None,
     ) -> Bools:
-        """Whether each point is inside; ``boundary``: or on the surface. False for what is not finite.
+        """Whether each point is inside. False for what is not finite.
 
-        :param uncertain: what to say where :meth:`classify` says uncertain
-        :raises OptionError: where it does and this is None
+        :param boundary: what to say of points on the surface
+        :param uncertain: what to say where :meth:`classify` says uncertain, which it may of meshes with holes
+        :raises OptionError: if it does and nothing is said
         """
         code = self._core.classify_point(points)
         if code is not None and code != Side.UNCERTAIN:
             return _inside[boundary][code]  # type: ignore[return-value]
         codes = self.classify(points, threads=threads, progress=progress)
-        inside = codes <= 0 if boundary else codes < 0
-        unsure = codes == Side.UNCERTAIN
-        if not np.any(unsure):
+        inside: Bools = codes <= 0 if boundary else codes < 0
+        if self.sign != "generalized":
             return inside
-        if uncertain is None:
-            raise OptionError("contains: a point's side is uncertain; pass uncertain=True or uncertain=False")
-        return inside | unsure if uncertain else inside
+        unknown: Bools = codes == Side.UNCERTAIN
+        if uncertain is None and unknown.any():
+            raise OptionError(
+                f"contains: the side of {unknown.sum():,} points is uncertain; say what to take with uncertain="
+            )
+        return inside | unknown if uncertain else inside
 
     def signed_distance(
         self, points: PointsLike, *, out: Floats | None = None, threads: int = 0, progress: ProgressLike = None
@@ -272,6 +275,15 @@ class Shell:
         result = out_array(out, shape + row, np.float64)
         answer(array, result.reshape(-1, *row), threads, observer(progress))
         return result if result.ndim or out is not None else result[()]
+
+    def winding_number(
+        self, points: PointsLike, *, threads: int = 0, progress: ProgressLike = None
+    ) -> WindingNumber:
+        """How often the mesh winds around each point, with a proven bound of the error; NaN on the surface."""
+        array, shape = as_points(points)
+        found = np.empty((len(array), 2))
+        self._core.winding_number(array, found, threads, observer(progress))
+        return WindingNumber(found[:, 0].reshape(shape)[()], found[:, 1].reshape(shape)[()])
 
     # What can be made of it.
 

@@ -91,6 +91,14 @@ void distance_bounds(const Shell& shell, const Points& points, const OutRows<dou
     });
 }
 
+/// Values and proven errors.
+void winding_number(const Shell& shell, const Points& points, const OutRows<double, 2>& out, int threads,
+                    const nb::object& observer) {
+    run_watched({observer, threads}, [&](const Run& run) {
+        shell.query().winding_number(points_of(points), rows_of<WindingNumber>(out), run);
+    });
+}
+
 constexpr std::uint64_t block = 1 << 14;  ///< points whose closest points are kept at a time
 
 void report(const Run& run, const char* stage, double done) {
@@ -131,7 +139,7 @@ void closest(Shell& shell, const Points& points, const OutRows<double, 3>& point
     });
 }
 
-/// NaN where there is no side.
+/// NaN where there is no side, or it is uncertain.
 double with_side(double distance, std::int8_t code) {
     switch (Side(code)) {
         case Side::inside:
@@ -189,6 +197,10 @@ void bind_query(nb::module_& module) {
               nb::sig("def distance_bounds(self, points: numpy.typing.NDArray[numpy.float64], out: "
                       "numpy.typing.NDArray[numpy.float64], threads: int, observer: "
                       "collections.abc.Callable[[str, float], bool] | None) -> None"));
+    shell.def("winding_number", winding_number, points, out, threads, observer,
+              nb::sig("def winding_number(self, points: numpy.typing.NDArray[numpy.float64], "
+                      "out: numpy.typing.NDArray[numpy.float64], threads: int, "
+                      "observer: collections.abc.Callable[[str, float], bool] | None) -> None"));
     shell.def("closest", closest, points, nb::arg("point"), nb::arg("distance"), nb::arg("face"),
               nb::arg("barycentric"), threads, observer,
               nb::sig("def closest(self, points: numpy.typing.NDArray[numpy.float64], point: "

@@ -188,6 +188,38 @@ def test_threads_do_not_matter(ring: its.Shell, question: str) -> None:
         ask(ring, question)(many, threads=-1)
 
 
+def test_winding_numbers(ring: its.Shell, points: Floats) -> None:
+    number = ring.winding_number(points)
+    np.testing.assert_array_equal(number.value, ring.contains(points))
+    assert (number.error == 0).all()
+    assert ring.winding_number(points[0]).value == number.value[0]
+    vertices, faces = cube()
+    twice = its.build(vertices, np.concatenate([faces, faces]), depth=3, sign="winding")
+    assert twice.winding_number([0.3, 0.4, 0.5]).value == 2
+
+
+def test_uncertain_sides() -> None:
+    # A cube without its top: from a point of the opening, that takes half of all directions.
+    vertices, faces = cube()
+    shell = its.build(vertices, faces[:-2], depth=4)
+    assert shell.sign == "generalized"
+    number = shell.winding_number([0.5, 0.5, 0.7])
+    opening = 4 * np.arctan(0.25 / (0.3 * np.sqrt(0.3**2 + 0.5)))  # the solid angle
+    assert number.value == pytest.approx(1 - opening / (4 * np.pi), abs=1e-9)
+    assert 0 < number.error < 1e-9
+    asked = [[0.5, 0.5, 1], [0.25, 0.7, 1], [0.5, 0.5, 0.7], [0.5, 0.5, 2]]
+    assert shell.classify(asked).tolist() == [3, 3, -1, 1]
+    assert shell.classify(asked[0]) == its.Side.UNCERTAIN
+    assert np.isnan(shell(asked)).tolist() == [True, True, False, False]
+    for points in (asked, asked[0]):
+        with pytest.raises(its.OptionError, match="uncertain"):
+            shell.contains(points)
+    for uncertain in (False, True):
+        assert shell.contains(asked, uncertain=uncertain).tolist() == [uncertain, uncertain, True, False]
+        assert shell.contains(asked[0], uncertain=uncertain) == uncertain
+    assert shell.contains(asked[2])
+
+
 angles = st.floats(0, 2 * np.pi)
 shift = st.floats(-50, 50)
 anything = st.floats(allow_nan=True, allow_infinity=True)
