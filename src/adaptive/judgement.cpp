@@ -11,7 +11,6 @@
 namespace its::adaptive {
 
 using octree::group_point;
-using octree::group_points;
 
 namespace {
 

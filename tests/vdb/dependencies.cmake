@@ -4,5 +4,5 @@ target_include_directories(test_vdb SYSTEM PRIVATE ${ITS_OPENVDB_INCLUDE})
 set_target_properties(test_vdb PROPERTIES CXX_VISIBILITY_PRESET default
                                           DISABLE_PRECOMPILE_HEADERS ON)
 if(ITS_SANITIZE)
-  target_compile_options(test_vdb PRIVATE -fno-sanitize=alignment)  # as for its_vdb
+  set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS -fno-sanitize=alignment)  # as in src/vdb
 endif()
