@@ -150,14 +150,18 @@ public:
     /// Adds arg(re + i·im), which has the sign of `side` for re < 0.
     void add(DoubleDouble re, DoubleDouble im, double side, double error) {
         const double size = std::abs(re.high) + std::abs(im.high);
-        error_ += size > 0 ? (std::numbers::sqrt2 * std::numbers::pi / 2) * outward * (error / size) : infinity;
+        if (!(size > 0)) {  // the point is on the edge, as far as can be told
+            error_ = infinity;
+            return;
+        }
+        error_ += (std::numbers::sqrt2 * std::numbers::pi / 2) * outward * (error / size);
         if (re.high < 0) {  // turned by a right angle, as there
             quarters_ += side;
             const DoubleDouble turned = side > 0 ? im : -im;
             im = side > 0 ? -re : re;
             re = turned;
         }
-        const double scale = std::ldexp(1.0, -std::ilogb(size > 0 ? size : 1.0));
+        const double scale = std::ldexp(1.0, -std::ilogb(size));
         re = {scale * re.high, scale * re.low};
         im = {scale * im.high, scale * im.low};
         const DoubleDouble x = sum_of_products(x_, re, -y_, im), y = sum_of_products(x_, im, y_, re);
