@@ -142,7 +142,7 @@ TEST(Adaptive, WhereCellsDoNotSufficeTheShellSaysSo) {
 }
 
 /// Off the origin, where a root cube that is not the lattice's would show.
-TEST(Adaptive, ShellsAreSoundWhereverTheLimitsStopThem) {
+TEST(SlowAdaptive, ShellsAreSoundWhereverTheLimitsStopThem) {
     Mesh mesh = zoo::torus(1, 0.35, 24, 12);
     for (Vec3& v : mesh.vertices) v = v + Vec3{0.37, 5.21, -3.83};
     for (const double thickness : {0.005, 0.1, 2.0})

@@ -21,6 +21,7 @@
 #include "its/query.h"
 #include "its/shell_file.h"
 #include "query/oracle.h"
+#include "support/tries.h"
 #include "support/zoo.h"
 
 namespace its {
@@ -238,7 +239,7 @@ Tally expect_sides(const Query& query, const std::vector<Vec3>& points) {
 void expect_all_sides(const NamedMesh& entry, const BuildOptions& options, int count) {
     const Query query(build(entry.mesh, options));
     ASSERT_EQ(query.shell().info().sign, SignRule::generalized);
-    const Tally uniform = expect_sides(query, uniform_points(entry.mesh, 10 * count, 1));
+    const Tally uniform = expect_sides(query, uniform_points(entry.mesh, test::tries(10 * count), 1));
     EXPECT_EQ(uniform.uncertain, 0);
     expect_sides(query, uniform_points(entry.mesh, count, 2, 3));
     expect_sides(query, boundary_points(entry.mesh, count / 4, 3));
