@@ -67,10 +67,11 @@ public:
 
     /// The winding number of M around a point: the sum of the solid angles of the triangles over 4π. Under
     /// SignRule::winding whole and exact, whatever is nested or overlaps; under other rules so if every edge is
-    /// used as often one way as the other, else with an error of at most 1e-10 unless the point is within some
-    /// 2⁻⁷⁰ of a boundary edge, relative to it. On the surface there is none: NaN. Under other rules than
-    /// generalized the first call makes another index, of a few dozen bytes a triangle. \throws InputError if a
-    /// coordinate is NaN or infinite
+    /// used as often one way as the other. Else with a proven error: at most 1e-10, but within some 2⁻⁶⁴ of a
+    /// boundary edge, relative to it, where it may be larger, even infinite. On the surface there is no winding
+    /// number: NaN. Under other rules than generalized the first call makes another index, of a few dozen bytes
+    /// a triangle.
+    /// \throws InputError if a coordinate is NaN or infinite
     WindingNumber winding_number(const Vec3& point) const;
 
     /// The side by f and ε₁, ε₂ alone, as in the paper: every point of M is on_shell, and so is a thin layer

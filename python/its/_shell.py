@@ -163,7 +163,7 @@ class Shell:
 
         By the shell's sign rule, as if by exact arithmetic; 2 where a coordinate is NaN or infinite. Under the
         rule "generalized", of meshes with holes, whether the winding number is over ½, and 3 where its proven
-        error, at most 1e-10, leaves both sides possible.
+        error leaves both sides possible.
         """
         if out is None:
             code = self._core.classify_point(points)

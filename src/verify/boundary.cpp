@@ -104,15 +104,26 @@ std::vector<BoundaryEdge> cancel(const std::vector<Vec3>& at, const std::vector<
 }
 
 /// The direction of a vertex in the plane across the ray, y to the right and x upward, and how far behind the
-/// point it is: |v| − z.
+/// point it is: |v| − z. All three up to the same factor, which no argument depends on.
 struct Direction {
     double y, x, behind;
 };
 
-Direction direction_of(const Vec3& v) {
-    const double across2 = v.x * v.x + v.y * v.y, length = std::sqrt(across2 + v.z * v.z);
+/// Squares of what is small would underflow: the vector, or what of it is across a ray that it nearly is on, is
+/// multiplied by a power of two.
+Direction direction_of(Vec3 v) {
+    const double longest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    if (longest > 0 && longest < 0x1p-300)
+        for (int axis = 0; axis < 3; ++axis) v[axis] = std::ldexp(v[axis], -std::ilogb(longest));
     // On the ray itself the displacement decides, most of it along −y.
-    if (across2 == 0 && v.z > 0) return {-1, 0, 0};
+    if (v.x == 0 && v.y == 0 && v.z > 0) return {-1, 0, 0};
+    const double across = std::max(std::abs(v.x), std::abs(v.y));
+    if (v.z > 0 && across < 0x1p-100 * v.z) {  // |v| = z up to 2⁻²⁰⁰ of it
+        const int exponent = std::ilogb(across);
+        const double y = std::ldexp(v.y, -exponent), x = std::ldexp(v.x, -exponent);
+        return {y, x, std::ldexp((x * x + y * y) / (2 * v.z), exponent)};
+    }
+    const double across2 = v.x * v.x + v.y * v.y, length = std::sqrt(across2 + v.z * v.z);
     return {v.y, v.x, v.z > 0 ? across2 / (length + v.z) : length - v.z};
 }
 
@@ -153,6 +164,9 @@ Boundary find_boundary(const Mesh& mesh) {
     return out;
 }
 
+// What products lose below 2⁻¹⁰⁷⁴, times sizes below 2³⁰⁰; far below the products themselves.
+constexpr double underflow = 0x1p-700;
+
 // Half of the solid angle of (−z, a, b) is the argument of behind_a·behind_b + conj(across_a)·across_b, across
 // = y + ix (Van Oosterom, Strackee 1983, with the first vertex at infinity). On which side of the ray the edge
 // passes, the sign of the imaginary part, must be what the crossings are counted by: it is taken from the same
@@ -170,8 +184,8 @@ Estimate boundary_term(const std::vector<BoundaryEdge>& edges, const Vec3& p) {
         const double angle = std::atan2(imaginary, real), times = double(edge.excess);
         half -= times * (turn > 0 ? angle : -angle);
         const double size = std::max(std::abs(real), imaginary);  // at least 0.7 of the modulus
-        error +=
-            std::abs(times) * (64 * roundoff * (behind + std::abs(along) + imaginary) / size + 4 * roundoff);
+        error += std::abs(times) *
+                 ((64 * roundoff * (behind + std::abs(along) + imaginary) + underflow) / size + 4 * roundoff);
     }
     return {half / (2 * std::numbers::pi), error / (2 * std::numbers::pi) * (1 + 0x1p-20)};
 }

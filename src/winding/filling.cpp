@@ -98,19 +98,44 @@ Vec3 half_laplacian(const Cubic& f) {
     return {3 * f[0] + f[5] + f[7], 3 * f[1] + f[3] + f[8], 3 * f[2] + f[4] + f[6]};
 }
 
-/// Of products, in the squared units of the mesh: these lose below 2⁻¹⁰⁷⁰ each, and the mesh's size, at least
-/// 2⁻²⁵⁰, squared is far above this.
-constexpr double underflow = 0x1p-1000;
+/// What products of coordinates below lose by underflow: 2⁻¹⁰⁷⁴ for each of them, and 2⁻¹⁰⁷⁴ of the other's σ,
+/// below 2³⁰⁰. Coordinates of points that are not moved are above 2⁻⁴⁰⁰ (Shifts), and so are the products of
+/// shells' meshes, of size 2⁻²⁵⁰ to 2²⁵⁰, above this but for points 2⁻⁵⁰ of that size away from the boundary.
+constexpr double underflow = 0x1p-700;
 
-/// A boundary point seen from the origin: α = y + i·z and σ = |v| + x, without cancellation.
+/// Exponents of powers of two by which a vector is multiplied so that its squares lose nothing: `all` of it,
+/// and `across`, what is across the ray, besides. The argument of σ_a σ_b + conj(α_a) α_b, below, stays if α
+/// and σ of a point are multiplied by the same positive number. Not 0 only for vectors shorter than 2⁻³⁰⁰ and
+/// for those that point along the ray up to an angle of 2⁻¹⁰⁰.
+struct Shifts {
+    int all = 0, across = 0;
+
+    Shifts(double x, double y, double z) {
+        const double off = std::max(std::abs(y), std::abs(z)), most = std::max(std::abs(x), off);
+        if (most == 0) return;
+        if (most < 0x1p-300) all = -std::ilogb(most);
+        if (x < 0 && off > 0 && off < 0x1p-100 * -x) across = -std::ilogb(off) - all;
+    }
+};
+
+/// A boundary point seen from the origin, up to a factor: α = y + i·z and σ = |v| + x, without cancellation.
 struct Seen {
     double y, z, sigma, size;  ///< size ≥ |α|
 
     explicit Seen(const Vec3& v) : y(v.y), z(v.z) {
-        const double squared = y * y + z * z, length = std::sqrt(v.x * v.x + squared);
-        sigma = v.x >= 0 ? length + v.x : squared / (length - v.x);
+        double x = v.x;
+        const Shifts shifts(x, y, z);
+        if (shifts.all != 0) x = std::ldexp(x, shifts.all);
+        if (const int of = shifts.all + shifts.across; of != 0) y = std::ldexp(y, of), z = std::ldexp(z, of);
+        const double squared = y * y + z * z;
+        if (shifts.across != 0)  // |v| = −x up to 2⁻²⁰⁰ of it
+            sigma = std::ldexp(squared / (-2 * x), -shifts.across);
+        else if (x >= 0)
+            sigma = std::sqrt(x * x + squared) + x;
+        else
+            sigma = squared / (std::sqrt(x * x + squared) - x);
         // On the ray: the displaced origin has −ε_y as its largest component, and σ falls as the square of |α|.
-        if (squared == 0 && v.x < 0) y = -1;
+        if (y == 0 && z == 0 && x < 0) y = -1;
         size = std::abs(y) + std::abs(z);
     }
 };
@@ -134,13 +159,24 @@ struct PreciseSeen {
     double size;  ///< ≥ |α|
 
     PreciseSeen(const Vec3& v, const Vec3& p) : y(exact_sum(v.y, -p.y)), z(exact_sum(v.z, -p.z)) {
-        const DoubleDouble x = exact_sum(v.x, -p.x), squared = sum_of_products(y, y, z, z);
-        if (x.high != 0 || squared.high > 0) {
+        DoubleDouble x = exact_sum(v.x, -p.x);
+        const Shifts shifts(x.high, y.high, z.high);
+        if (shifts.all != 0) x = shifted(x, shifts.all);
+        if (const int of = shifts.all + shifts.across; of != 0) y = shifted(y, of), z = shifted(z, of);
+        const DoubleDouble squared = sum_of_products(y, y, z, z);
+        if (shifts.across != 0)
+            sigma = shifted(squared * inverse(-(x + x)), -shifts.across);
+        else if (x.high != 0 || squared.high > 0) {
             const DoubleDouble length = square_root(x * x + squared);
             sigma = x.high >= 0 ? length + x : squared * inverse(length - x);
         }
-        if (squared.high == 0 && x.high < 0) y = -1;
+        if (y.high == 0 && z.high == 0 && x.high < 0) y = -1;
         size = (std::abs(y.high) + std::abs(z.high)) * outward;
+    }
+
+private:
+    static DoubleDouble shifted(const DoubleDouble& v, int by) {
+        return {std::ldexp(v.high, by), std::ldexp(v.low, by)};
     }
 };
 

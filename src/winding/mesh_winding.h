@@ -11,8 +11,8 @@
 /// The winding number of a mesh around any point.
 namespace its::winding {
 
-/// Bound on the error of MeshWinding::at(); points within some 2⁻⁷⁰ of the boundary's edges, relative to these,
-/// may have larger ones.
+/// Bound on the error of MeshWinding::at() that is aimed at; points nearer to an edge of the boundary than some
+/// 2⁻⁶⁴ of its length have larger ones, as they say.
 inline constexpr double winding_error = 1e-10;
 
 /// Crossings by one ray and a sum over the boundary (docs/design/signs.md), with bins for the rays and a tree

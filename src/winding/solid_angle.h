@@ -102,13 +102,15 @@ struct SolidAngle {
 /// doubt if the origin is in the triangle but for rounding.
 ITS_INLINE SolidAngle half_solid_angle(const Sight& a, const Sight& b, const Sight& c) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    const double product = a.length * b.length * c.length;
+    const double ab = a.length * b.length, product = ab * c.length;
     const double re = product + (a.x * b.x + a.y * b.y + a.z * b.z) * c.length +
                       (b.x * c.x + b.y * c.y + b.z * c.z) * a.length +
                       (c.x * a.x + c.y * a.y + c.z * a.z) * b.length;
     const double im =
         a.x * (b.y * c.z - b.z * c.y) + a.y * (b.z * c.x - b.x * c.z) + a.z * (b.x * c.y - b.y * c.x);
-    const double error = 32 * unit_roundoff * product + 0x1p-1000;  // the latter for underflow
+    // By underflow a product loses 2⁻¹⁰⁷⁴, a length therefore √(3·2⁻¹⁰⁷⁴), twice in the real part.
+    const double error =
+        32 * unit_roundoff * product + 0x1p-535 * (ab + b.length * c.length + c.length * a.length) + 0x1p-1000;
     const double behind = re <= error ? infinity : 0.0;
     return {re, im, error, std::abs(im) <= error ? behind : 0.0};
 }

@@ -66,10 +66,11 @@ struct HalfAngle {
 };
 
 /// The sum of all triangles' solid angles over 4π, of points off M.
-Precise precise_winding(const Mesh& mesh, const Vec3& p) {
-    Precise sum = 0;
-    for (const Triangle& t : mesh.triangles) sum += HalfAngle<Precise>(mesh, t, p).angle();
-    return sum / (2 * boost::math::constants::pi<Precise>());
+template <class Number = Precise>
+Number precise_winding(const Mesh& mesh, const Vec3& p) {
+    Number sum = 0;
+    for (const Triangle& t : mesh.triangles) sum += HalfAngle<Number>(mesh, t, p).angle();
+    return sum / (2 * boost::math::constants::pi<Number>());
 }
 
 /// To some 1e-6 a triangle: by doubles where these do.
@@ -405,6 +406,35 @@ TEST(WindingNumber, IsWithinItsErrorOnOpenMeshes) {
             EXPECT_LE(w.error, 1e-10);
             EXPECT_LE(abs(precise_winding(mesh, p) - Precise(w.value)), Precise(w.error))
                 << fmt::format("({:a}, {:a}, {:a})", p.x, p.y, p.z);
+        }
+    }
+}
+
+/// Squares of offsets underflow: in the plane across the ray to a boundary vertex, and all about one.
+TEST(WindingNumber, IsWithinItsErrorWhereSquaresUnderflow) {
+    using MorePrecise = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<900>>;
+    const Mesh mesh{{{0, 0, 0}, {-1, 1, 0.1}, {-1, -1, 0.2}, {-1, -0.1, -1}},
+                    {{0, 1, 2}, {0, 2, 3}, {1, 3, 2}}};
+    const Query query(build(mesh, {.depth = 3, .sign = SignRule::generalized}));
+    Random random(31);
+    std::vector<Vec3> points;
+    for (const double d : {1e-155, 1e-160, 1e-200, 5e-324}) {
+        for (const double t : {1.0, 0.0078125, d})
+            for (const double y : {-d, 0.0, d})
+                for (const double z : {-d, 0.0, d}) points.push_back({t, y, z});
+        for (int i = 0; i < 4; ++i) {
+            const auto any = [&] { return d * uniform(random, -1, 1); };
+            points.push_back({any(), any(), any()});
+        }
+    }
+    for (const Vec3& p : points) {
+        SCOPED_TRACE(fmt::format("({:a}, {:a}, {:a})", p.x, p.y, p.z));
+        const WindingNumber w = query.winding_number(p);
+        if (std::isnan(w.value)) continue;  // on the surface
+        const MorePrecise exact = precise_winding<MorePrecise>(query.shell().mesh(), p);
+        EXPECT_LE(abs(exact - MorePrecise(w.value)), MorePrecise(w.error));
+        if (p.x > 1e-3) {
+            EXPECT_LE(w.error, 1e-10);
         }
     }
 }
