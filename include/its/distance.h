@@ -23,7 +23,7 @@ struct ClosestPoint {
     std::array<double, 3> barycentric{};   ///< of its three corners, in order; each in [0, 1], sum 1
 };
 
-/// A search tree over a mesh's triangles; some 330 bytes a triangle, about a second per million triangles to
+/// A search tree over a mesh's triangles; some 600 bytes a triangle, about a second per million triangles to
 /// build. Copies share the same data. All members may be called from any number of threads.
 /// A hierarchy of boxes, split by the surface area heuristic: docs/design/distance.md.
 ///
@@ -40,7 +40,9 @@ public:
     /// The closest point to one point. Allocates nothing. \throws InputError if it is not finite.
     ClosestPoint find(const Vec3& point) const;
 
-    /// The same for many: results[i] for points[i]. A non-finite point gets no_triangle and NaN.
+    /// The same for many: results[i] for points[i], the same bits as those of single calls. Several times as
+    /// fast, since points near to each other are searched together, in whatever order they come. Takes 80 bytes
+    /// a point, for 2¹⁸ points at most. A non-finite point gets no_triangle and NaN.
     /// \throws OptionError if the two spans differ in size, or by run; Cancelled.
     void find(std::span<const Vec3> points, std::span<ClosestPoint> results, const Run& run = {}) const;
 

@@ -274,6 +274,7 @@ ClosestPointTree::ClosestPointTree(std::span<const Vec3> vertices, std::span<con
         half = std::max(half, root.box.max[axis] - frame_.centre[axis]);
         frame_.size = std::max({frame_.size, std::abs(root.box.min[axis]), std::abs(root.box.max[axis])});
     }
+    if (half == 0) half = frame_.size;  // all of M is one point
     frame_.inverse_scale = half > 0 ? std::ldexp(1.0, -std::ilogb(half)) : 1.0;
 
     // Level by level: a level's nodes are independent, and their children are numbered in order.

@@ -55,6 +55,15 @@ public:
         double size = 0;  ///< of the coordinates, mesh units: sets the rounding errors
     };
 
+    /// What a search reads, for others that search the same tree.
+    struct View {
+        std::span<const Node> nodes;  ///< the root first
+        std::span<const TriangleBlock> blocks;
+        std::span<const std::uint32_t> source;  ///< 8·block + lane → triangle of the mesh
+        Frame frame;
+    };
+    View view() const { return {nodes_, blocks_, source_, frame_}; }
+
 private:
     Frame frame_;
     std::vector<Node> nodes_;  ///< the root first

@@ -6,6 +6,8 @@
 
 #include "base/parallel.h"
 #include "distance/closest_point.h"
+#include "distance/curve_order.h"
+#include "distance/group_search.h"
 #include "distance/searchable.h"
 #include "geometry/vec3.h"
 #include "mesh/arrays.h"
@@ -16,7 +18,8 @@ using namespace distance;
 
 namespace {
 
-constexpr std::uint64_t grain = 512;  // points: below it, a batch is serial
+constexpr std::uint64_t grain = 1024;         // points: below it, a batch is serial
+constexpr std::uint64_t sorted = 1ULL << 18;  // points that are sorted at a time
 
 /// A copy of the mesh, scaled. \throws InputError unless it can be searched
 Mesh checked_copy(const mesh::Arrays& mesh, geometry::Scaling& scaling) {
@@ -32,11 +35,15 @@ struct ClosestPoints::Data {
     explicit Data(const mesh::Arrays& m)
         : mesh(checked_copy(m, scaling)),
           reach(mesh::largest_coordinate(mesh)),
-          tree(mesh.vertices, mesh.triangles) {}
+          tree(mesh.vertices, mesh.triangles),
+          groups(tree) {}
 
     ClosestPoint find(const Vec3& point) const {
         const SearchPoint query = search_point(point, scaling, reach);
-        const Nearest nearest = tree.find(query.at);
+        return complete(point, query, tree.find(query.at));
+    }
+
+    ClosestPoint complete(const Vec3& point, const SearchPoint& query, const Nearest& nearest) const {
         ClosestPoint result;
         result.triangle = nearest.triangle;
         result.barycentric = tree.barycentric(nearest, query.at);
@@ -49,10 +56,53 @@ struct ClosestPoints::Data {
         return result;
     }
 
+    /// Points of a batch: those that are near enough in groups, the others one by one.
+    void find(std::span<const Vec3> points, std::span<ClosestPoint> results, Stage& stage) const {
+        const Vec3 centre = groups.centre();
+        const double within = groups.reach();
+        const auto is_near = [&](const Vec3& p) {
+            const Vec3 d = scaling.in(p)-centre;
+            return std::abs(d.x) < within && std::abs(d.y) < within && std::abs(d.z) < within;
+        };
+        std::vector<Vec3> near;
+        std::vector<std::uint32_t> number;
+        near.reserve(points.size());
+        number.reserve(points.size());
+        std::uint64_t rest = 0;
+        for (std::uint64_t i = 0; i < points.size(); ++i) {
+            if (is_near(points[i])) {
+                near.push_back(scaling.in(points[i]));
+                number.push_back(std::uint32_t(i));
+            } else {
+                ++rest;
+                results[i] = finite(points[i]) ? find(points[i]) : nowhere();
+            }
+        }
+        stage.advance(rest);
+        const std::vector<std::uint32_t> order = curve_order(near);
+        for_chunks(near.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+            std::array<Vec3, grain> at;
+            std::array<Nearest, grain> nearest;
+            for (std::uint64_t i = begin; i < end; ++i) at[i - begin] = near[order[i]];
+            groups.find(std::span(at).first(end - begin), nearest);
+            for (std::uint64_t i = begin; i < end; ++i) {
+                const std::uint32_t k = number[order[i]];
+                results[k] = complete(points[k], {at[i - begin]}, nearest[i - begin]);
+            }
+            stage.advance(end - begin);
+        });
+    }
+
+    static ClosestPoint nowhere() {
+        const double nan = std::numeric_limits<double>::quiet_NaN();
+        return {.point = {nan, nan, nan}, .distance = nan, .barycentric = {nan, nan, nan}};
+    }
+
     geometry::Scaling scaling;
     Mesh mesh;     ///< scaled
     double reach;  ///< its largest coordinate
     ClosestPointTree tree;
+    GroupSearch groups;
 };
 
 ClosestPoints::ClosestPoints(const MeshView& mesh, const Run& run) {
@@ -71,20 +121,17 @@ void ClosestPoints::find(std::span<const Vec3> points, std::span<ClosestPoint> r
     if (points.size() != results.size())
         throw OptionError(
             fmt::format("closest points: {} points but room for {} results", points.size(), results.size()));
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    const ClosestPoint none{.point = {nan, nan, nan}, .distance = nan, .barycentric = {nan, nan, nan}};
     Stage stage(run.progress, "closest points", points.size());
     with_threads(run.threads, [&] {
-        for_chunks(points.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
-            for (std::uint64_t i = begin; i < end; ++i)
-                results[i] = finite(points[i]) ? data_->find(points[i]) : none;
-            stage.advance(end - begin);
-        });
+        for (std::uint64_t begin = 0; begin < points.size(); begin += sorted) {
+            const std::uint64_t count = std::min<std::uint64_t>(sorted, points.size() - begin);
+            data_->find(points.subspan(begin, count), results.subspan(begin, count), stage);
+        }
     });
 }
 
 std::uint64_t ClosestPoints::memory_bytes() const {
-    return data_->tree.memory_bytes();
+    return data_->tree.memory_bytes() + data_->groups.memory_bytes();
 }
 
 }  // namespace its

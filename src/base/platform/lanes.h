@@ -1,11 +1,16 @@
 #pragma once
 
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
 #include "base/platform/compiler.h"
 
-/// Eight numbers at a time, one a lane: vector registers where the compiler has a type for them, else an array.
+/// Several numbers at a time, one a lane: vector registers where the compiler has a type for them, else an
+/// array.
 namespace its::platform {
 
-inline constexpr int lanes = 8;
+inline constexpr int lanes = 8, single_lanes = 16;
 
 #if defined(__GNUC__) && !defined(ITS_PLAIN)
 
@@ -13,72 +18,130 @@ inline constexpr int lanes = 8;
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 using Lanes = double __attribute__((vector_size(lanes * sizeof(double))));
+using Singles = float __attribute__((vector_size(single_lanes * sizeof(float))));
 
 ITS_INLINE Lanes larger(const Lanes& a, const Lanes& b) {
+    return a < b ? b : a;
+}
+ITS_INLINE Singles larger(const Singles& a, const Singles& b) {
     return a < b ? b : a;
 }
 ITS_INLINE Lanes smaller(const Lanes& a, const Lanes& b) {
     return b < a ? b : a;
 }
+ITS_INLINE Singles smaller(const Singles& a, const Singles& b) {
+    return b < a ? b : a;
+}
 ITS_INLINE Lanes absolute(const Lanes& a) {
     return a < 0.0 ? -a : a;
+}
+/// 0 where a > 0, else b.
+ITS_INLINE Singles zero_if_positive(const Singles& a, const Singles& b) {
+    return a > 0.0F ? Singles{} : b;
+}
+/// Whether a ≤ b in some lane.
+ITS_INLINE bool any_at_most(const Singles& a, const Singles& b) {
+    using Eight = long long __attribute__((vector_size(64)));
+    using Four = long long __attribute__((vector_size(32)));
+    const Eight set = reinterpret_cast<Eight>(a <= b);
+    const Four half =
+        __builtin_shufflevector(set, set, 0, 1, 2, 3) | __builtin_shufflevector(set, set, 4, 5, 6, 7);
+    return ((half[0] | half[1]) | (half[2] | half[3])) != 0;
 }
 
 #else
 
-struct Lanes {
-    double lane[lanes] = {};
+template <class T, int n>
+struct LaneArray {
+    T lane[n] = {};
 
-    double& operator[](int i) { return lane[i]; }
-    double operator[](int i) const { return lane[i]; }
+    T& operator[](int i) { return lane[i]; }
+    T operator[](int i) const { return lane[i]; }
 };
+using Lanes = LaneArray<double, lanes>;
+using Singles = LaneArray<float, single_lanes>;
 
 /// f of each lane of a and b.
-template <class F>
-Lanes lanewise(const Lanes& a, const Lanes& b, F&& f) {
-    Lanes result;
-    for (int i = 0; i < lanes; ++i) result[i] = f(a[i], b[i]);
+template <class T, int n, class F>
+LaneArray<T, n> lanewise(const LaneArray<T, n>& a, const LaneArray<T, n>& b, F&& f) {
+    LaneArray<T, n> result;
+    for (int i = 0; i < n; ++i) result[i] = f(a[i], b[i]);
     return result;
 }
-inline Lanes all_lanes(double x) {
-    Lanes result;
-    for (double& lane : result.lane) lane = x;
+template <class T, int n>
+LaneArray<T, n> all_lanes(T x) {
+    LaneArray<T, n> result;
+    for (T& lane : result.lane) lane = x;
     return result;
 }
-inline Lanes operator+(const Lanes& a, const Lanes& b) {
-    return lanewise(a, b, [](double x, double y) { return x + y; });
+template <class T, int n>
+LaneArray<T, n> operator+(const LaneArray<T, n>& a, const LaneArray<T, n>& b) {
+    return lanewise(a, b, [](T x, T y) { return x + y; });
 }
-inline Lanes operator-(const Lanes& a, const Lanes& b) {
-    return lanewise(a, b, [](double x, double y) { return x - y; });
+template <class T, int n>
+LaneArray<T, n> operator-(const LaneArray<T, n>& a, const LaneArray<T, n>& b) {
+    return lanewise(a, b, [](T x, T y) { return x - y; });
 }
-inline Lanes operator*(const Lanes& a, const Lanes& b) {
-    return lanewise(a, b, [](double x, double y) { return x * y; });
+template <class T, int n>
+LaneArray<T, n> operator*(const LaneArray<T, n>& a, const LaneArray<T, n>& b) {
+    return lanewise(a, b, [](T x, T y) { return x * y; });
 }
-inline Lanes operator-(const Lanes& a) {
-    return lanewise(a, a, [](double x, double) { return -x; });
+template <class T, int n>
+LaneArray<T, n> operator-(const LaneArray<T, n>& a) {
+    return lanewise(a, a, [](T x, T) { return -x; });
 }
-inline Lanes operator+(const Lanes& a, double b) {
-    return a + all_lanes(b);
+template <class T, int n>
+LaneArray<T, n> operator+(const LaneArray<T, n>& a, std::type_identity_t<T> b) {
+    return a + all_lanes<T, n>(b);
 }
-inline Lanes operator-(const Lanes& a, double b) {
-    return a - all_lanes(b);
+template <class T, int n>
+LaneArray<T, n> operator-(const LaneArray<T, n>& a, std::type_identity_t<T> b) {
+    return a - all_lanes<T, n>(b);
 }
-inline Lanes operator*(const Lanes& a, double b) {
-    return a * all_lanes(b);
+template <class T, int n>
+LaneArray<T, n> operator*(const LaneArray<T, n>& a, std::type_identity_t<T> b) {
+    return a * all_lanes<T, n>(b);
 }
-inline Lanes operator*(double a, const Lanes& b) {
-    return all_lanes(a) * b;
+template <class T, int n>
+LaneArray<T, n> operator*(std::type_identity_t<T> a, const LaneArray<T, n>& b) {
+    return all_lanes<T, n>(a) * b;
 }
-inline Lanes larger(const Lanes& a, const Lanes& b) {
-    return lanewise(a, b, [](double x, double y) { return x < y ? y : x; });
+template <class T, int n>
+LaneArray<T, n> larger(const LaneArray<T, n>& a, const LaneArray<T, n>& b) {
+    return lanewise(a, b, [](T x, T y) { return x < y ? y : x; });
 }
-inline Lanes smaller(const Lanes& a, const Lanes& b) {
-    return lanewise(a, b, [](double x, double y) { return y < x ? y : x; });
+template <class T, int n>
+LaneArray<T, n> smaller(const LaneArray<T, n>& a, const LaneArray<T, n>& b) {
+    return lanewise(a, b, [](T x, T y) { return y < x ? y : x; });
 }
-inline Lanes absolute(const Lanes& a) {
-    return lanewise(a, a, [](double x, double) { return x < 0.0 ? -x : x; });
+template <class T, int n>
+LaneArray<T, n> absolute(const LaneArray<T, n>& a) {
+    return lanewise(a, a, [](T x, T) { return x < 0 ? -x : x; });
+}
+/// 0 where a > 0, else b.
+inline Singles zero_if_positive(const Singles& a, const Singles& b) {
+    return lanewise(a, b, [](float x, float y) { return x > 0 ? 0 : y; });
+}
+/// Whether a ≤ b in some lane.
+inline bool any_at_most(const Singles& a, const Singles& b) {
+    for (int i = 0; i < single_lanes; ++i)
+        if (a[i] <= b[i]) return true;
+    return false;
 }
 
 #endif
+
+/// The 16 numbers from `from` on.
+ITS_INLINE Singles load_singles(const float* from) {
+    Singles result;
+    std::memcpy(&result, from, sizeof result);
+    return result;
+}
+ITS_INLINE Singles square_root(const Singles& a) {
+    float x[single_lanes];
+    std::memcpy(x, &a, sizeof x);
+    for (float& lane : x) lane = std::sqrt(lane);
+    return load_singles(x);
+}
 
 }  // namespace its::platform

@@ -1,0 +1,359 @@
+#include "distance/group_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "base/platform/compiler.h"
+#include "base/rounding.h"
+#include "geometry/vec3.h"
+
+namespace its::distance {
+
+namespace {
+
+using platform::Singles;
+
+constexpr int packet = platform::single_lanes;
+constexpr int arity = ClosestPointTree::arity;
+constexpr int group_size = GroupSearch::group;
+constexpr int capacity = 1024;  // leaves that a group may need
+constexpr int stack_size = 8 * 36 + 8;
+constexpr std::uint64_t grain = 512;
+constexpr float u = 0x1p-24F;
+constexpr std::uint32_t leaf_bit = ClosestPointTree::leaf_bit;
+
+using View = GroupSearch::View;
+using Node = ClosestPointTree::Node;
+
+ITS_INLINE float larger(float a, float b) {
+    return a < b ? b : a;
+}
+ITS_INLINE float smaller(float a, float b) {
+    return b < a ? b : a;
+}
+
+/// Points in units of the boxes; the last one fills up whole packets.
+struct Points {
+    alignas(64) float at[3][group_size];
+    const Vec3* exact;
+    int count;
+    float error;  ///< what rounding of a point and of a triangle's place may change of their distance
+};
+
+/// A box around points, and a point of M that bounds the distance of each of them.
+struct Target {
+    float centre[3], half[3];
+    float radius;   ///< half the box's diagonal
+    float foot[3];  ///< near to what is nearest to the centre
+    float squared;  ///< from centre to foot
+    float limit;    ///< what has a greater least_excess() is not needed
+    float error;
+
+    ITS_INLINE void set_foot(const float (&to)[3]) {
+        squared = 0;
+        for (int i = 0; i < 3; ++i) {
+            foot[i] = to[i];
+            squared += (centre[i] - to[i]) * (centre[i] - to[i]);
+        }
+        const float distance = std::sqrt(squared), all = distance + 2 * radius + error;
+        limit = (squared + 2 * error * (distance + radius) + error * error + 64 * u * all * all) * (1 + 8 * u);
+    }
+};
+
+/// Of a box's side [low, high] and one of the target, the part of this axis in
+/// min |q − t|² − |q − foot|² + |centre − foot|² over points q of the target and t of the box. It is the
+/// minimum over t of (t − centre)² − 2·half·|t − foot|, and each sign of the last term has its own.
+ITS_INLINE float least_excess(float low, float high, float centre, float half, float foot) {
+    const float right = smaller(larger(centre + half, low), high);
+    const float left = smaller(larger(centre - half, low), high);
+    return smaller((right - centre) * (right - centre) - 2 * half * (right - foot),
+                   (left - centre) * (left - centre) + 2 * half * (left - foot));
+}
+
+ITS_INLINE float gap(float low, float high, float q) {
+    return larger(larger(low - q, q - high), 0.0F);
+}
+
+/// Of box i of several: least_excess() and the squared distance from the target's centre.
+template <class Boxes>
+ITS_INLINE float excess_of(const Boxes& b, int i, const Target& t) {
+    return least_excess(b.min[0][i], b.max[0][i], t.centre[0], t.half[0], t.foot[0]) +
+           least_excess(b.min[1][i], b.max[1][i], t.centre[1], t.half[1], t.foot[1]) +
+           least_excess(b.min[2][i], b.max[2][i], t.centre[2], t.half[2], t.foot[2]);
+}
+template <class Boxes>
+ITS_INLINE float squared_gap_of(const Boxes& b, int i, const Target& t) {
+    const float x = gap(b.min[0][i], b.max[0][i], t.centre[0]), y = gap(b.min[1][i], b.max[1][i], t.centre[1]),
+                z = gap(b.min[2][i], b.max[2][i], t.centre[2]);
+    return x * x + y * y + z * z;
+}
+
+ITS_INLINE Points rounded(const View& view, const Vec3* points, int count) {
+    const ClosestPointTree::Frame& frame = view.tree.frame;
+    Points p;
+    p.exact = points;
+    p.count = count;
+    float reach = 0;
+    for (int i = 0; i < group_size; ++i) {
+        const Vec3& v = points[i < count ? i : count - 1];
+        p.at[0][i] = float((v.x - frame.centre.x) * frame.inverse_scale);
+        p.at[1][i] = float((v.y - frame.centre.y) * frame.inverse_scale);
+        p.at[2][i] = float((v.z - frame.centre.z) * frame.inverse_scale);
+    }
+    for (const auto& axis : p.at)
+        for (int i = 0; i < group_size; ++i) reach = larger(reach, larger(axis[i], -axis[i]));
+    const double exact = 256 * unit_roundoff * (frame.size * frame.inverse_scale + double(reach));
+    p.error = 4 * u * (reach + 4) + float(std::min(exact, 1e30));
+    return p;
+}
+
+ITS_INLINE Target around(const Points& p, int begin, int end, const float (&foot)[3]) {
+    Target t;
+    float squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        float low = p.at[axis][begin], high = low;
+        for (int i = begin; i < end; ++i) {
+            low = smaller(low, p.at[axis][i]);
+            high = larger(high, p.at[axis][i]);
+        }
+        t.centre[axis] = 0.5F * (low + high);
+        t.half[axis] = larger(high - t.centre[axis], t.centre[axis] - low) * (1 + 2 * u);
+        squared += t.half[axis] * t.half[axis];
+    }
+    t.radius = std::sqrt(squared) * (1 + 4 * u);
+    t.error = p.error;
+    t.set_foot(foot);
+    return t;
+}
+
+/// Takes the nearest point of a leaf's triangles to the target's centre, if it is nearer than the foot.
+ITS_INLINE void improve_foot(const View& view, std::uint32_t leaf, Target& t) {
+    const TriangleBlock& b = view.tree.blocks[leaf];
+    const ClosestPointTree::Frame& frame = view.tree.frame;
+    const Vec3 centre = frame.centre + (1 / frame.inverse_scale) * Vec3{t.centre[0], t.centre[1], t.centre[2]};
+    double squared[arity];
+    for (int i = 0; i < arity; ++i)
+        squared[i] = squared_distance(b, std::uint64_t(i), centre.x, centre.y, centre.z);
+    int i = 0;
+    for (int k = 1; k < arity; ++k) i = squared[k] < squared[i] ? k : i;
+    if (!(squared[i] * frame.inverse_scale * frame.inverse_scale < double(t.squared))) return;
+    const std::array<double, 3> weight = barycentric_of_nearest(b, std::uint64_t(i), centre);
+    const double to_b = weight[(b.first[i] + 1U) % 3] * b.ab[i], to_c = weight[(b.first[i] + 2U) % 3] * b.ac[i];
+    const double along = to_b + to_c * b.unit_ac[0][i], across = to_c * b.unit_ac[1][i];
+    float foot[3];
+    for (int axis = 0; axis < 3; ++axis)
+        foot[axis] =
+            float((b.a[axis][i] + along * b.along[axis][i] + across * b.across[axis][i] - frame.centre[axis]) *
+                  frame.inverse_scale);
+    t.set_foot(foot);
+}
+
+/// Goes down to the nearest child, and takes a foot in the leaf where that ends.
+ITS_INLINE void find_foot(const View& view, Target& t) {
+    std::uint32_t next = 0;
+    do {
+        const Node& node = view.tree.nodes[next];
+        float squared[arity];
+        for (int i = 0; i < arity; ++i) squared[i] = squared_gap_of(node, i, t);
+        int nearest = 0;
+        for (int i = 1; i < arity; ++i) nearest = squared[i] < squared[nearest] ? i : nearest;
+        next = node.child[nearest];
+    } while (!(next & leaf_bit));
+    improve_foot(view, next & ~leaf_bit, t);
+}
+
+/// Takes a better foot from the leaves of a node that are near enough to have one.
+ITS_INLINE void improve_foot_by(const View& view, const Node& node, const float (&gaps)[arity], Target& t) {
+    for (int i = 0; i < arity; ++i) {
+        if (!(bool(node.child[i] & leaf_bit) & (gaps[i] < t.squared))) continue;
+        const std::uint32_t leaf = node.child[i] & ~leaf_bit;
+        if (squared_gap(view.boxes[leaf], t.centre) < t.squared) improve_foot(view, leaf, t);
+    }
+}
+
+/// Leaves and their boxes.
+struct Leaves {
+    alignas(64) float min[3][capacity], max[3][capacity];
+    std::uint32_t leaf[capacity];
+    int count;
+
+    ITS_INLINE void add(const Node& node, std::uint32_t lane) {
+        for (int axis = 0; axis < 3; ++axis) {
+            min[axis][count] = node.min[axis][lane];
+            max[axis][count] = node.max[axis][lane];
+        }
+        leaf[count++] = node.child[lane] & ~leaf_bit;
+    }
+};
+
+/// All leaves that the target needs. \return false if there are too many
+ITS_INLINE bool collect(const View& view, Target& t, Leaves& leaves) {
+    find_foot(view, t);
+    std::uint32_t stack[stack_size], places[capacity + arity];  // places: 8·node + lane
+    int size = 1, count = 0;
+    stack[0] = 0;
+    while (size > 0) {
+        const std::uint32_t index = stack[--size];
+        const Node& node = view.tree.nodes[index];
+        float gaps[arity], excess[arity];
+        for (int i = 0; i < arity; ++i) gaps[i] = squared_gap_of(node, i, t);
+        improve_foot_by(view, node, gaps, t);
+        for (int i = 0; i < arity; ++i) excess[i] = excess_of(node, i, t);
+        int nearest = size;  // of the children that go on the stack: it comes last
+        float least = std::numeric_limits<float>::infinity();
+        for (int i = 0; i < arity; ++i) {
+            const bool needed = excess[i] <= t.limit, is_leaf = (node.child[i] & leaf_bit) != 0;
+            stack[size] = node.child[i];
+            const bool nearer = needed & !is_leaf & (gaps[i] < least);
+            nearest = nearer ? size : nearest;
+            least = nearer ? gaps[i] : least;
+            size += int(needed & !is_leaf);
+            places[count] = arity * index + std::uint32_t(i);
+            count += int(needed & is_leaf);
+        }
+        if (count > capacity) return false;
+        if (size > 0 && nearest < size) std::swap(stack[nearest], stack[size - 1]);
+    }
+    leaves.count = 0;
+    for (int i = 0; i < count; ++i) leaves.add(view.tree.nodes[places[i] / arity], places[i] % arity);
+    return true;
+}
+
+/// Those of the leaves that the target needs, after a few tries to find a better foot.
+ITS_INLINE int select(const View& view, const Leaves& leaves, Target& t, std::uint32_t* selected) {
+    alignas(64) float key[capacity];
+    for (int i = 0; i < leaves.count; ++i) key[i] = squared_gap_of(leaves, i, t);
+    for (int tries = 0; tries < 3; ++tries) {
+        int nearest = 0;
+        for (int i = 1; i < leaves.count; ++i) nearest = key[i] < key[nearest] ? i : nearest;
+        if (!(key[nearest] < t.squared)) break;
+        improve_foot(view, leaves.leaf[nearest], t);
+        key[nearest] = std::numeric_limits<float>::infinity();
+    }
+    for (int i = 0; i < leaves.count; ++i) key[i] = excess_of(leaves, i, t);
+    int count = 0;
+    for (int i = 0; i < leaves.count; ++i) {
+        selected[count] = leaves.leaf[i];
+        count += int(key[i] <= t.limit);
+    }
+    return count;
+}
+
+/// The nearest triangle of some leaves, by the distances of ClosestPointTree::find().
+ITS_INLINE Nearest nearest_of(const View& view, const std::uint32_t* leaves, int count, const Vec3& p) {
+    double best[arity];
+    std::uint32_t best_triangle[arity], best_slot[arity];
+    for (int i = 0; i < arity; ++i) {
+        best[i] = std::numeric_limits<double>::infinity();
+        best_triangle[i] = ~std::uint32_t{0};
+        best_slot[i] = 0;
+    }
+    for (int k = 0; k < count; ++k) {
+        const TriangleBlock& block = view.tree.blocks[leaves[k]];
+        const std::uint32_t* source = &view.tree.source[std::size_t{arity} * leaves[k]];
+        double squared[arity];
+        for (int i = 0; i < arity; ++i) squared[i] = squared_distance(block, std::uint64_t(i), p.x, p.y, p.z);
+        for (int i = 0; i < arity; ++i) {
+            const bool better =
+                (squared[i] < best[i]) | ((squared[i] == best[i]) & (source[i] < best_triangle[i]));
+            best[i] = better ? squared[i] : best[i];
+            best_triangle[i] = better ? source[i] : best_triangle[i];
+            best_slot[i] = better ? arity * leaves[k] + std::uint32_t(i) : best_slot[i];
+        }
+    }
+    Nearest nearest{best_triangle[0], best_slot[0], best[0]};
+    for (int i = 1; i < arity; ++i) {
+        const bool better = (best[i] < nearest.squared) |
+                            ((best[i] == nearest.squared) & (best_triangle[i] < nearest.triangle));
+        nearest.squared = better ? best[i] : nearest.squared;
+        nearest.triangle = better ? best_triangle[i] : nearest.triangle;
+        nearest.slot = better ? best_slot[i] : nearest.slot;
+    }
+    return nearest;
+}
+
+/// Points begin to end of a group, which needs these leaves alone.
+ITS_INLINE void solve(const View& view, const Points& p, int begin, int end, const Leaves& leaves,
+                      const float (&foot)[3], Nearest* results) {
+    Target t = around(p, begin, end, foot);
+    std::uint32_t selected[capacity + 1], kept[capacity], near[capacity + 1];
+    const int count = select(view, leaves, t, selected);
+    const SinglePoints q{platform::load_singles(&p.at[0][begin]), platform::load_singles(&p.at[1][begin]),
+                         platform::load_singles(&p.at[2][begin])};
+    const float factor = 1 + 80 * u, slack = 80 * u * view.longest_edge + 2 * p.error;
+    const Singles x = q.x - t.foot[0], y = q.y - t.foot[1], z = q.z - t.foot[2];
+    Singles best = x * x + y * y + z * z;
+    Singles limit = platform::square_root(best) * factor + slack;
+    limit = limit * limit;
+    Singles least[capacity];  // squared distances from the leaves kept
+    int found = 0;
+    for (int k = 0; k < count; ++k) {
+        const LeafBox& box = view.boxes[selected[k]];
+        if (!platform::any_at_most(squared_gaps(box, q), limit)) continue;
+        const SingleTriangle* triangle = view.triangles + std::size_t{arity} * selected[k];
+        Singles squared = squared_distances(triangle[0], q);
+        for (std::uint32_t i = 1; i < box.triangles; ++i)
+            squared = platform::smaller(squared, squared_distances(triangle[i], q));
+        if (!platform::any_at_most(squared, limit)) continue;
+        kept[found] = selected[k];
+        least[found++] = squared;
+        best = platform::smaller(best, squared);
+        limit = platform::square_root(best) * factor + slack;
+        limit = limit * limit;
+    }
+    for (int i = 0; i < end - begin; ++i) {
+        int count_near = 0;
+        for (int k = 0; k < found; ++k) {
+            near[count_near] = kept[k];
+            count_near += int(least[k][i] <= limit[i]);
+        }
+        results[begin + i] = nearest_of(view, near, count_near, p.exact[begin + i]);
+    }
+}
+
+/// \return false if the points are too far from each other for the triangles that are near to them
+ITS_CLONES bool find_group(const View& view, const Vec3* points, int count, Nearest* results) {
+    const Points p = rounded(view, points, count);
+    Target all = around(p, 0, count, view.triangles[0].a);
+    Leaves leaves;
+    if (!collect(view, all, leaves)) return false;
+    for (int begin = 0; begin < count; begin += packet)
+        solve(view, p, begin, std::min(begin + packet, count), leaves, all.foot, results);
+    return true;
+}
+
+}  // namespace
+
+GroupSearch::GroupSearch(const ClosestPointTree& tree)
+    : searched_(&tree), tree_(tree.view()), triangles_(tree_.source.size()), boxes_(tree_.blocks.size()) {
+    parallel_for(boxes_.size(), grain, [&](std::uint64_t leaf) {
+        const std::span<const std::uint32_t> source = tree_.source.subspan(arity * leaf, arity);
+        int count = arity;  // the last triangle fills up the block
+        while (count > 1 && source[std::size_t(count) - 1] == source[std::size_t(count) - 2]) --count;
+        boxes_[leaf] = leaf_box(tree_.blocks[leaf], count, tree_.frame);
+        for (int i = 0; i < arity; ++i)
+            triangles_[arity * leaf + std::uint64_t(i)] = single_triangle(tree_.blocks[leaf], i, tree_.frame);
+    });
+    for (const SingleTriangle& t : triangles_) longest_edge_ = std::max(longest_edge_, t.ab);
+}
+
+void GroupSearch::find(std::span<const Vec3> points, std::span<Nearest> results) const {
+    const View view{tree_, triangles_.data(), boxes_.data(), longest_edge_};
+    for (std::size_t begin = 0; begin < points.size(); begin += group) {
+        const std::size_t end = std::min<std::size_t>(begin + group, points.size());
+        if (find_group(view, &points[begin], int(end - begin), &results[begin])) continue;
+        for (std::size_t from = begin; from < end; from += packet) {
+            const std::size_t to = std::min<std::size_t>(from + packet, end);
+            if (find_group(view, &points[from], int(to - from), &results[from])) continue;
+            for (std::size_t i = from; i < to; ++i) results[i] = searched_->find(points[i]);
+        }
+    }
+}
+
+std::uint64_t GroupSearch::memory_bytes() const {
+    return sizeof(SingleTriangle) * triangles_.size() + sizeof(LeafBox) * boxes_.size();
+}
+
+}  // namespace its::distance
