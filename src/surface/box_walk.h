@@ -11,6 +11,7 @@ namespace its::surface {
 /// subdivided; these are halved until none does. Of the visitor:
 ///   bool enter(level, at)                  whether to go on into this cell, the level of which is at least 1
 ///   void leave(level)                      after one that was entered
+///   bool wants(points)                     whether to look at the 8 finest boxes of these 27 points
 ///   void box(level, at, points, child)     child `child` of 27 points, in which f is trilinear
 template <class Visitor>
 class BoxWalk {
@@ -31,8 +32,9 @@ private:
         const std::uint64_t group = around[octree::itself];
         const double* const points = field_.values[level - 1].data() + octree::group_points * group;
         const octree::Level& children = octree_.levels[level - 1];
+        if (level == 1) return visit_finest(at, points);
         // Into leaves that meet M none reach: grid points that they would be centred at hang.
-        const unsigned whole = level == 1 ? 0xffu : octree_.surface_mask(level - 1, group);
+        const unsigned whole = octree_.surface_mask(level - 1, group);
         for (int c = 0; c < 8; ++c) {
             const octree::Cell child = octree::child_of(at, c);
             if (whole >> c & 1) {
@@ -40,13 +42,26 @@ private:
                 continue;
             }
             if (!visitor_.enter(level - 1, child)) continue;
+            const bool subdivided = children.mask[group] >> c & 1;
+            if (level == 2 && subdivided) {  // most cells: into their children nothing reaches
+                const std::uint64_t finest = children.first.rank(group, c);
+                visit_finest(child, field_.values[0].data() + octree::group_points * finest);
+                visitor_.leave(level - 1);
+                continue;
+            }
             const octree::Around around_c = octree::around_child(children, around, c);
-            if (children.mask[group] >> c & 1)
+            if (subdivided)
                 visit_subdivided(level - 1, child, around_c);
             else
                 visit_leaf(level - 1, child, around_c, points, c);
             visitor_.leave(level - 1);
         }
+    }
+
+    /// A subdivided cell of level 1.
+    void visit_finest(const octree::Cell& at, const double* points) {
+        if (!visitor_.wants(points)) return;
+        for (int c = 0; c < 8; ++c) visitor_.box(0, octree::child_of(at, c), points, c);
     }
 
     /// Child `place` of 27 points, which is not subdivided.

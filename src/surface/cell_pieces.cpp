@@ -21,25 +21,26 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 struct TrilinearBox {
     double value[8];
     Vec3 low;
-    double width;
+    double scale;  ///< 1 / width, a power of two
 };
 
-/// A trilinear function at the corners of a box in local coordinates: as geometry::trilinear() computes it.
+/// A trilinear function at the corners of a box in local coordinates: with the roundings of
+/// geometry::trilinear(), but along z first, where values lie side by side.
 void at_corners(const double* v, const Vec3& from, const Vec3& to, std::array<double, 8>& out) {
     const auto mix = geometry::lerp_exact_at_zero;
-    double x[8], y[8];
-    for (int i = 0; i < 4; ++i) {  // i: y + 2z; x[2i + position along x]
-        x[2 * i] = mix(v[2 * i], v[2 * i + 1], from.x);
-        x[2 * i + 1] = mix(v[2 * i], v[2 * i + 1], to.x);
+    double z[8], y[8];  // at the box's planes along z, then y; points are x + 2y + 4z
+    for (int i = 0; i < 4; ++i) {
+        z[i] = mix(v[i], v[4 + i], from.z);
+        z[4 + i] = mix(v[i], v[4 + i], to.z);
     }
-    for (int z = 0; z < 2; ++z)
-        for (int i = 0; i < 2; ++i) {
-            y[4 * z + i] = mix(x[4 * z + i], x[4 * z + 2 + i], from.y);
-            y[4 * z + 2 + i] = mix(x[4 * z + i], x[4 * z + 2 + i], to.y);
+    for (int i = 0; i < 8; i += 4)
+        for (int x = 0; x < 2; ++x) {
+            y[i + x] = mix(z[i + x], z[i + 2 + x], from.y);
+            y[i + 2 + x] = mix(z[i + x], z[i + 2 + x], to.y);
         }
-    for (std::size_t i = 0; i < 4; ++i) {
-        out[i] = mix(y[i], y[4 + i], from.z);
-        out[4 + i] = mix(y[i], y[4 + i], to.z);
+    for (std::size_t i = 0; i < 8; i += 2) {
+        out[i] = mix(y[i], y[i + 1], from.x);
+        out[i + 1] = mix(y[i], y[i + 1], to.x);
     }
 }
 
@@ -47,10 +48,10 @@ struct Span {
     double least, most;
 };
 
-template <class Values>
-Span span_of(const Values& values) {
+template <std::size_t count>
+Span span_of(const double* values) {
     Span span{values[0], values[0]};
-    for (std::size_t c = 1; c < 8; ++c) {
+    for (std::size_t c = 1; c < count; ++c) {
         span.least = std::min(span.least, values[c]);
         span.most = std::max(span.most, values[c]);
     }
@@ -68,23 +69,22 @@ void raise(std::atomic<double>& most, double value) {
 struct Reaches {
     double bound;
     int direction;
+    std::span<const double> matters;
     std::vector<std::atomic<double>> most;
 
-    bool wants(const TrilinearBox& box, double error) const {
-        const Span f = span_of(box.value);
+    bool wants(const Span& f, double error) const {
         return direction > 0 ? f.least - error <= bound && f.most + error >= bound
                              : f.most + error >= -bound && f.least - error <= -bound;
     }
-    void add(std::uint32_t cell, const std::array<double, 8>& f, const std::array<double, 8>& g, double error) {
-        double least = f[0] * direction, largest = g[0] * direction, difference = largest - least;
-        for (std::size_t c = 1; c < 8; ++c) {
-            least = std::min(least, f[c] * direction);
-            largest = std::max(largest, g[c] * direction);
-            difference = std::max(difference, (g[c] - f[c]) * direction);
-        }
-        if (least - error > bound) return;
+    bool is_near(std::uint32_t cell, const Span& g, double error) const {
+        return (direction > 0 ? g.most : -g.least) + error >= matters[cell];
+    }
+    void add(std::uint32_t cell, const Span& f, const Span& g, const Span& difference, double error) {
+        const bool up = direction > 0;
+        if ((up ? f.least : -f.most) - error > bound) return;
         // Where f = bound, g = f + (g − f) ≤ bound + max(g − f).
-        raise(most[cell], std::min(largest, bound + difference) + error);
+        raise(most[cell],
+              std::min(up ? g.most : -g.least, bound + (up ? -difference.least : difference.most)) + error);
     }
 };
 
@@ -94,18 +94,14 @@ struct Ranges {
     std::span<const double> band;
     std::vector<std::atomic<double>> below, above;  ///< how far f is from the level, at most
 
-    bool wants(const TrilinearBox&, double) const { return true; }
-    void add(std::uint32_t cell, const std::array<double, 8>& f, const std::array<double, 8>& g, double error) {
-        const Span g_span = span_of(g), f_span = span_of(f);
+    bool wants(const Span&, double) const { return true; }
+    bool is_near(std::uint32_t cell, const Span& g, double error) const {
+        return g.least - error <= level + band[cell] && g.most + error >= level - band[cell];
+    }
+    void add(std::uint32_t cell, const Span& f, const Span& g, const Span& difference, double error) {
         const double low = level - band[cell], high = level + band[cell];
-        if (g_span.least - error > high || g_span.most + error < low) return;
-        Span difference{f[0] - g[0], f[0] - g[0]};
-        for (std::size_t c = 1; c < 8; ++c) {
-            difference.least = std::min(difference.least, f[c] - g[c]);
-            difference.most = std::max(difference.most, f[c] - g[c]);
-        }
-        const double upper = std::min(f_span.most, std::min(g_span.most, high) + difference.most) + error,
-                     lower = std::max(f_span.least, std::max(g_span.least, low) + difference.least) - error;
+        const double upper = std::min(f.most, std::min(g.most, high) + difference.most) + error,
+                     lower = std::max(f.least, std::max(g.least, low) + difference.least) - error;
         raise(above[cell], upper - level);
         raise(below[cell], level - lower);
     }
@@ -130,6 +126,7 @@ CellPieces::Axis CellPieces::make_axis(const shell::ShellData& shell, const Grid
         Vec3 p = grid.origin;
         p[axis] = grid.position(axis, i);
         result.plane.push_back(shell.lattice.to_lattice(p)[axis]);
+        if (i > 0) result.scale.push_back(1 / (result.plane[i] - result.plane[i - 1]));
     }
     std::uint32_t first = 0, last = 0;
     for (std::uint32_t x = 0; x <= shell.lattice.cells(); ++x) {
@@ -152,51 +149,74 @@ public:
 
     Join(const CellPieces& of, std::span<const LevelCell> cells, const Region& region, std::vector<Entry> all,
          Pass& pass)
-        : of_(of), cells_(cells), region_(region), lists_{std::move(all)}, pass_(pass) {}
+        : of_(of), cells_(cells), region_(region), pass_(pass) {
+        const std::size_t count = all.size();
+        lists_.push_back({std::move(all), count});
+    }
 
     bool enter(int level, const octree::Cell& at) {
-        if (!region_.meets(level, at)) return false;
-        if (level >= region_.level) return true;
+        if (level >= region_.level) return region_.meets(level, at);
         if (depth_ + 1 == lists_.size()) lists_.emplace_back();
-        const std::vector<Entry>& all = lists_[depth_];
-        std::vector<Entry>& some = lists_[depth_ + 1];
-        some.clear();
+        const List& all = lists_[depth_];
+        List& some = lists_[depth_ + 1];
+        if (some.entries.size() < all.count) some.entries.resize(all.count);
+        some.count = 0;
         const Range range = range_of(level, at);
-        for (const Entry& entry : all)
-            if (range.has(entry.at)) some.push_back(entry);
-        if (some.empty()) return false;
+        for (std::size_t i = 0; i < all.count; ++i) {
+            some.entries[some.count] = all.entries[i];
+            some.count += range.has(all.entries[i].at);
+        }
+        if (some.count == 0) return false;
         ++depth_;
         return true;
     }
     void leave(int level) { depth_ -= level < region_.level; }
 
+    bool wants(const double* points) const {
+        const Span span = span_of<octree::group_points>(points);
+        return pass_.wants(span, error_of(span));
+    }
+
     void box(int level, const octree::Cell& at, const double* points, int child) {
-        if (!region_.meets(level, at)) return;
+        if (level >= region_.level && !region_.meets(level, at)) return;
         TrilinearBox box;
         for (int c = 0; c < 8; ++c) box.value[c] = points[octree::group_point(child, c)];
-        const Span span = span_of(box.value);
-        // The evaluation, local coordinates that err by 2u each and a slope of at most 2V; and the values,
-        // which are means of distances in a root cube with a diagonal below 4·2ᴷ.
-        const double largest = std::max(std::abs(span.least), std::abs(span.most));
-        const double error = (geometry::trilinear_roundings + 12) * unit_roundoff * largest + of_.value_error_;
-        if (!pass_.wants(box, error)) return;
+        const Span span = span_of<8>(box.value);
+        const double error = error_of(span);
+        if (!pass_.wants(span, error)) return;
         const Range range = range_of(level, at);
-        box.width = double(std::uint64_t{1} << level);
+        box.scale = 1 / double(std::uint64_t{1} << level);
         for (std::size_t axis = 0; axis < 3; ++axis) box.low[int(axis)] = double(at[axis] << level);
-        for (const Entry& entry : lists_[depth_])
-            if (range.has(entry.at)) add(box, entry, level, at, error);
+        const List& list = lists_[depth_];
+        for (std::size_t i = 0; i < list.count; ++i)
+            if (range.has(list.entries[i].at)) add(box, list.entries[i], level, at, error);
     }
 
 private:
+    /// `count` entries; those behind are left from before.
+    struct List {
+        std::vector<Entry> entries;
+        std::size_t count;
+    };
+
     /// Cells, from `low` to `high`.
     struct Range {
         octree::Cell low, high;
 
+        /// Without branches: numbers below `low` wrap around.
         bool has(const octree::Cell& at) const {
-            return at[0] >= low[0] && at[0] <= high[0] && at[1] >= low[1] && at[1] <= high[1] &&
-                   at[2] >= low[2] && at[2] <= high[2];
+            return (unsigned(at[0] - low[0] <= high[0] - low[0]) &
+                    unsigned(at[1] - low[1] <= high[1] - low[1]) &
+                    unsigned(at[2] - low[2] <= high[2] - low[2])) != 0;
         }
     };
+
+    /// Of f in a box, as it is computed: the evaluation, local coordinates that err by 2u each and a slope of
+    /// at most 2V; and the values, which are means of distances in a root cube with a diagonal below 4·2ᴷ.
+    double error_of(const Span& span) const {
+        const double largest = std::max(std::abs(span.least), std::abs(span.most));
+        return (geometry::trilinear_roundings + 12) * unit_roundoff * largest + of_.value_error_;
+    }
 
     /// Those that meet a cell's part in the region.
     Range range_of(int level, const octree::Cell& at) const {
@@ -208,39 +228,44 @@ private:
         return range;
     }
 
+    /// The part of a cell in a box.
     void add(const TrilinearBox& box, const Entry& entry, int level, const octree::Cell& at, double error) {
         Vec3 f_from, f_to, g_from, g_to;
-        double narrowest = infinity;
+        double steepest = 0;  // cell widths per finest cell width
         for (int axis = 0; axis < 3; ++axis) {
             const auto a = std::size_t(axis);
-            const auto& planes = of_.axes_[a].plane;
-            const double cell_low = planes[entry.at[a]], cell_high = planes[entry.at[a] + 1];
+            const Axis& along = of_.axes_[a];
+            const double cell_low = along.plane[entry.at[a]], cell_high = along.plane[entry.at[a] + 1];
             const double from = std::max(double(region_.from(level, at, a)), cell_low),
                          to = std::min(double(region_.to(level, at, a)), cell_high),
-                         scale = 1 / (cell_high - cell_low);
-            f_from[axis] = (from - box.low[axis]) / box.width;
-            f_to[axis] = (to - box.low[axis]) / box.width;
+                         scale = along.scale[entry.at[a]];
+            f_from[axis] = (from - box.low[axis]) * box.scale;
+            f_to[axis] = (to - box.low[axis]) * box.scale;
             g_from[axis] = (from - cell_low) * scale;
             g_to[axis] = (to - cell_low) * scale;
-            narrowest = std::min(narrowest, cell_high - cell_low);
+            steepest = std::max(steepest, scale);
         }
         const std::array<double, 8>& value = cells_[entry.cell].value;
-        std::array<double, 8> f, g;
-        at_corners(box.value, f_from, f_to, f);
-        at_corners(value.data(), g_from, g_to, g);
-        const Span span = span_of(value);
+        const Span span = span_of<8>(value.data());
         // Of g: the evaluation, local coordinates that err by 3u each and a slope of at most 2V; the planes err
         // by a mapping error each, and so does the size by two: four in all, in cells, along each axis.
         const double largest = std::max(std::abs(span.least), std::abs(span.most));
-        const double g_error = (geometry::trilinear_roundings + 18) * unit_roundoff * largest +
-                               3 * 2 * largest * 4 * of_.shell_.lattice.mapping_error() / narrowest;
-        pass_.add(entry.cell, f, g, error + g_error);
+        error += (geometry::trilinear_roundings + 18) * unit_roundoff * largest +
+                 3 * 2 * largest * 4 * of_.shell_.lattice.mapping_error() * steepest;
+        std::array<double, 8> f, g;
+        at_corners(value.data(), g_from, g_to, g);
+        const Span g_span = span_of<8>(g.data());
+        if (!pass_.is_near(entry.cell, g_span, error)) return;
+        at_corners(box.value, f_from, f_to, f);
+        const Span f_span = span_of<8>(f.data());
+        for (std::size_t c = 0; c < 8; ++c) f[c] -= g[c];
+        pass_.add(entry.cell, f_span, g_span, span_of<8>(f.data()), error);
     }
 
     const CellPieces& of_;
     std::span<const LevelCell> cells_;
     const Region region_;
-    std::vector<std::vector<Entry>> lists_;
+    std::vector<List> lists_;
     std::size_t depth_ = 0;
     Pass& pass_;
 };
@@ -251,9 +276,8 @@ void CellPieces::join(std::span<const LevelCell> cells, Pass& pass, const Progre
     const int level = Region::level_of(shell_.octree.depth);
     const std::uint32_t regions = 1u << (shell_.octree.depth + 1 - level);
     std::vector<std::vector<Entry>> lists(std::uint64_t{regions} * regions * regions);
-    const auto region_of = [&](double x) {
-        return std::uint32_t(std::clamp(std::ldexp(x, -level), 0.0, regions - 1.0));
-    };
+    const double scale = 1 / double(std::uint64_t{1} << level);
+    const auto region_of = [&](double x) { return std::uint32_t(std::clamp(x * scale, 0.0, regions - 1.0)); };
     for (std::uint32_t i = 0; i < cells.size(); ++i) {
         const octree::Cell& at = cells[i].at;
         octree::Cell from, to;
@@ -279,8 +303,8 @@ void CellPieces::join(std::span<const LevelCell> cells, Pass& pass, const Progre
 }
 
 std::vector<double> CellPieces::reaches(std::span<const LevelCell> cells, double bound, int direction,
-                                        const Progress& progress) const {
-    Reaches pass{bound, direction, std::vector<std::atomic<double>>(cells.size())};
+                                        std::span<const double> matters, const Progress& progress) const {
+    Reaches pass{bound, direction, matters, std::vector<std::atomic<double>>(cells.size())};
     for (std::size_t i = 0; i < cells.size(); ++i) {
         // From any point with f < bound walk along x, then y, then z so that g does not fall: f = bound is met
         // on the way, or a corner is its end.

@@ -19,9 +19,10 @@ public:
     CellPieces(const shell::ShellData& shell, const Grid& grid);
 
     /// Of each cell: where f ≤ bound in it, g is at most the result, which is −∞ where f is above everywhere.
-    /// With direction −1 f and g count with the opposite sign, and so do bound and result.
+    /// With direction −1 f and g count with the opposite sign, and so do bound and result. Where g is below
+    /// matters[i] the result may be anything below that.
     std::vector<double> reaches(std::span<const LevelCell> cells, double bound, int direction,
-                                const Progress& progress) const;
+                                std::span<const double> matters, const Progress& progress) const;
 
     /// Of each cell: bounds of f where |g − level| ≤ band[i] in it; {level, level} if that is nowhere.
     std::vector<SurfaceRange> ranges(std::span<const LevelCell> cells, double level,
@@ -37,6 +38,7 @@ private:
     /// The lattice along an axis.
     struct Axis {
         std::vector<double> plane;  ///< in finest cells, as computed
+        std::vector<double> scale;  ///< of each cell: 1 / width
         /// Cells that have more than a face in finest cells x to y − 1: first[x] to last[y].
         std::vector<std::uint32_t> first, last;
     };

@@ -44,16 +44,17 @@ public:
 
     bool enter(int level, const octree::Cell& at) const {
         Range range;
-        return region_.meets(level, at) && range_in(level, at, range);
+        return (level < region_.level || region_.meets(level, at)) && range_in(level, at, range);
     }
     void leave(int) const {}
+    bool wants(const double* points) const { return possible<octree::group_points>(points); }
 
     void box(int level, const octree::Cell& at, const double* points, int child) const {
         Range range;
-        if (!region_.meets(level, at) || !range_in(level, at, range)) return;
+        if ((level >= region_.level && !region_.meets(level, at)) || !range_in(level, at, range)) return;
         Box box;
         for (int c = 0; c < 8; ++c) box.value[c] = points[octree::group_point(child, c)];
-        if (!possible(box.value)) return;
+        if (!possible<8>(box.value)) return;
         box.scale = 1.0 / double(std::uint64_t{1} << level);
         for (std::size_t axis = 0; axis < 3; ++axis) box.corner[int(axis)] = double(at[axis] << level);
         sample(box, range);
@@ -80,9 +81,10 @@ private:
         return true;
     }
 
+    template <int count>
     bool possible(const double* value) const {
         double least = value[0], most = value[0];
-        for (int c = 1; c < 8; ++c) {
+        for (int c = 1; c < count; ++c) {
             least = std::min(least, value[c]);
             most = std::max(most, value[c]);
         }
@@ -108,7 +110,7 @@ private:
             corner[c] =
                 value(box, c & 1 ? range.high[0] - 1 : range.low[0], c & 2 ? range.high[1] - 1 : range.low[1],
                       c & 4 ? range.high[2] - 1 : range.low[2]);
-        if (!possible(corner)) return;
+        if (!possible<8>(corner)) return;
         const std::uint32_t middle = range.low[longest] + (range.high[longest] - range.low[longest]) / 2;
         Range half = range;
         half.high[longest] = middle;

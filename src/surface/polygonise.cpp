@@ -45,13 +45,18 @@ public:
     /// Precondition: the cell is in the list.
     std::uint32_t find(const octree::Cell& at) const {
         std::uint64_t slot = first_slot(at);
-        while (slots_[slot] != empty && cells_[slots_[slot]].at != at) slot = next(slot);
+        while (slots_[slot] != empty && !same(cells_[slots_[slot]].at, at)) slot = next(slot);
         if (slots_[slot] == empty) refuse_damaged();
         return slots_[slot];
     }
 
 private:
     static constexpr std::uint32_t empty = ~std::uint32_t{0};
+
+    /// As ==, without a call of memcmp().
+    static bool same(const octree::Cell& a, const octree::Cell& b) {
+        return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+    }
 
     std::uint64_t first_slot(const octree::Cell& at) const {
         const std::uint64_t key = at[0] | std::uint64_t{at[1]} << 21 | std::uint64_t{at[2]} << 42;

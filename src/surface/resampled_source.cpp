@@ -52,6 +52,7 @@ private:
                                [&](const Corners& t) { return of.may_meet(t, level, at); });
         }
         void leave(int) const {}
+        bool wants(const double*) const { return true; }
 
         void box(int level, const octree::Cell& at, const double* points, int child) const {
             field::TrilinearCell cell;
@@ -119,12 +120,14 @@ struct Quick {
 /// Cells from the values at lattice points.
 class Assembler {
 public:
-    Assembler(std::span<const LatticePoint> points, std::uint32_t side, double low, double high)
-        : points_(points), side_(side), low_(low), high_(high) {}
+    /// \param reach  cells whose lowest corner is farther from the levels are met across faces only
+    Assembler(std::span<const LatticePoint> points, std::uint32_t side, const SurfaceRange& levels,
+              double reach)
+        : points_(points), side_(side), low_(levels.lower), high_(levels.upper), reach_(reach) {}
 
     /// \param value    f at a lattice point that is not among the points
     /// \param cells    with lowest corners among points begin to end − 1, that a level runs through
-    /// \param missing  cells beyond crossed faces whose lowest corner is not among the points
+    /// \param missing  cells beyond crossed faces whose lowest corner is not among the points, or too far
     template <class Value>
     void run(std::uint64_t begin, std::uint64_t end, Value&& value, std::vector<LevelCell>& cells,
              std::vector<std::uint64_t>& missing) const {
@@ -137,6 +140,7 @@ public:
         for (std::size_t axis = 0; axis < 3; ++axis)
             before[axis] = cursor(first < step[axis] ? 0 : first - step[axis]);
         for (std::uint64_t i = begin; i < end; ++i) {
+            if (!is_within_reach(points_[i].value)) continue;
             const std::uint64_t key = points_[i].key;
             LevelCell cell{cell_of(key), {}};
             if (std::max({cell.at[0], cell.at[1], cell.at[2]}) >= side_) continue;
@@ -151,11 +155,12 @@ public:
             if (!complete(cell, known, value)) continue;
             cells.push_back(cell);
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                if (cell.at[axis] + 1 < side_ && crossed(cell, axis, 1) && (known != 0xff))
+                if (cell.at[axis] + 1 < side_ && crossed(cell, axis, 1) &&
+                    (known != 0xff || !is_within_reach(cell.value[std::size_t{1} << axis])))
                     missing.push_back(key + step[axis]);
-                if (cell.at[axis] > 0 && crossed(cell, axis, 0) &&
-                    (known != 0xff || find(before[axis], key - step[axis]) == nullptr))
-                    missing.push_back(key - step[axis]);
+                if (cell.at[axis] == 0 || !crossed(cell, axis, 0)) continue;
+                const double* const v = known == 0xff ? find(before[axis], key - step[axis]) : nullptr;
+                if (v == nullptr || !is_within_reach(*v)) missing.push_back(key - step[axis]);
             }
         }
     }
@@ -176,6 +181,8 @@ public:
     }
 
 private:
+    bool is_within_reach(double value) const { return value >= low_ - reach_ && value <= high_ + reach_; }
+
     /// Goes up with the keys that are looked for.
     struct Cursor {
         std::uint64_t at = 0;
@@ -213,7 +220,7 @@ private:
 
     std::span<const LatticePoint> points_;
     std::uint32_t side_;
-    double low_, high_;
+    double low_, high_, reach_;
 };
 
 class ResampledSource : public LevelSource {
@@ -228,27 +235,8 @@ public:
           bounder_(shell) {}
 
     std::vector<LevelCell> cells(double low, double high, const Progress& progress) const override {
-        Parts parts(progress);
-        // f changes by about the distance, and corners of a cell are √3 widths apart at most: what is farther
-        // off is looked at only where a level seems to run to it.
-        const double reach = 1.75 * ratio_;
-        const std::vector<LatticePoint> points =
-            find_lattice_points(shell_.octree, shell_.field, ratio_, grid().cells, low - reach, high + reach,
-                                guard_, parts.next(0.6));
-        const Assembler assembler(points, grid().cells, low, high);
-        Taken taken(guard_, sizeof(LatticePoint) * points.size());
-        const std::uint64_t chunks = chunk_count(points.size(), cell_grain);
-        std::vector<std::vector<LevelCell>> found(chunks);
-        std::vector<std::vector<std::uint64_t>> missing(chunks);
-        for_chunks(points.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-            assembler.run(
-                begin, end, [&](const octree::Cell& p) { return value(p); }, found[chunk], missing[chunk]);
-            taken.add(sizeof(LevelCell) * found[chunk].size());  // and given back as they are joined
-        });
-        std::vector<LevelCell> all = joined(found);
-        std::vector<std::uint64_t> fresh = joined(missing);
-        if (!fresh.empty()) add_missing(assembler, fresh, all);
-        return all;
+        const Points points = points_for({low, high}, progress);
+        return cells_of(points, {low, high}, 1);
     }
 
     /// Most cells are bounded by how far f is from their trilinear function; the rest by their triangles, those
@@ -271,35 +259,27 @@ public:
         return {hull.range().lower - error, hull.range().upper + error};
     }
 
-    /// No search: each cell says which levels it cannot have, docs/design/surface.md.
+    /// No search: each cell says which levels it cannot have, docs/design/surface.md. Points are collected for
+    /// a window of levels; a sample of their cells moves the level, so that all cells are needed for few
+    /// levels.
     CertifiedLevel certified_level(SurfaceSide side, double bound, double least_move,
                                    const Progress& progress) const override {
         Parts parts(progress);
         const int away = side == SurfaceSide::outer ? 1 : -1;
-        const double from = away * bound, most = most_level(shell_, side), off = from + 2 * surface_gap;
-        // All levels before `begin` are blocked: cells are collected a window of levels at a time.
+        const double from = away * bound, off = from + 2 * surface_gap;
+        // All levels before it are blocked.
         double level = from + std::max(least_move, surface_gap);
-        for (double begin = level;;) {
-            const double far = begin + window * ratio_;
-            const SurfaceRange levels{std::min(away * begin, away * far), std::max(away * begin, away * far)};
-            CertifiedLevel found{0, cells(levels.lower, levels.upper, parts.next(0.4)), levels, {}};
-            std::vector<Blocked> blocked = blocked_levels(found.cells, off, away, parts.next(0.4));
-            keep_decisive(blocked, level);
-            while (level <= far) {
-                level = first_free(blocked, level);
-                if (!(level <= most)) refuse_open_level();
-                if (level > far) break;
-                const SurfaceFrame frame{grid(), side, away * level};
-                if (stars_are_beyond(frame, found.cells, away * off)) {
-                    found.level = frame.level;
-                    found.range = {away * off, away * off};
-                    std::erase_if(found.cells,
-                                  [&](const LevelCell& cell) { return !is_crossed(cell, frame.level); });
-                    return found;
-                }
-                level += ratio_ / 32;
+        for (const double most = most_level(shell_, side);;) {
+            if (!(level <= most)) refuse_open_level();
+            const double end = level + window * ratio_;
+            const Points points = points_for(between(away * level, away * end), parts.next(0.4));
+            level = first_free_of_sample(points, between(away * level, away * end), off, away, level);
+            while (level <= end) {
+                const double far = std::min(end, level + step * ratio_);
+                const SurfaceRange levels = between(away * level, away * far);
+                CertifiedLevel found{0, cells_of(points, levels, 1), levels, {}};
+                if (find_free(side, off, far, found, level, parts)) return found;
             }
-            begin = std::max(far, level);
         }
     }
 
@@ -321,16 +301,90 @@ public:
     }
 
 private:
-    static constexpr double window = 0.75;     // cells of this lattice
-    static constexpr std::size_t stride = 64;  // of a sample of them
+    static constexpr double window = 1.5, step = 0.25;  // cells of this lattice
+    static constexpr std::uint64_t chunk_stride = 16;   // of a sample of chunks of points
+    static constexpr std::size_t stride = 64;           // of a sample of cells
+
+    /// What is counted as long as it is kept.
+    struct Points {
+        std::vector<LatticePoint> points;
+        Taken taken;
+    };
+
+    /// f changes by about the distance, and corners of a cell are √3 widths apart at most: what is farther off
+    /// is looked at only where a level seems to run to it.
+    double reach() const { return 1.75 * ratio_; }
+
+    static SurfaceRange between(double a, double b) { return {std::min(a, b), std::max(a, b)}; }
+
+    /// For the cells of these levels.
+    Points points_for(const SurfaceRange& levels, const Progress& progress) const {
+        std::vector<LatticePoint> points =
+            find_lattice_points(shell_.octree, shell_.field, ratio_, grid().cells, levels.lower - reach(),
+                                levels.upper + reach(), guard_, progress);
+        const std::uint64_t bytes = sizeof(LatticePoint) * points.size();
+        return {std::move(points), Taken(guard_, bytes)};
+    }
+
+    /// All cells that these levels run through; or some, of every so many chunks of points.
+    std::vector<LevelCell> cells_of(const Points& of, const SurfaceRange& levels, std::uint64_t every) const {
+        const std::vector<LatticePoint>& points = of.points;
+        const Assembler assembler(points, grid().cells, levels, reach());
+        Taken taken(guard_, 0);
+        const std::uint64_t chunks = chunk_count(points.size(), cell_grain);
+        std::vector<std::vector<LevelCell>> found(chunks);
+        std::vector<std::vector<std::uint64_t>> missing(chunks);
+        for_chunks(points.size(), cell_grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            if (chunk % every != 0) return;
+            assembler.run(
+                begin, end, [&](const octree::Cell& p) { return value(p); }, found[chunk], missing[chunk]);
+            taken.add(sizeof(LevelCell) * found[chunk].size());  // and given back as they are joined
+        });
+        std::vector<LevelCell> all = joined(found);
+        if (every > 1) return all;
+        std::vector<std::uint64_t> fresh = joined(missing);
+        if (!fresh.empty()) add_missing(assembler, fresh, all);
+        return all;
+    }
+
+    /// A level from `level` on; the levels before it are blocked.
+    double first_free_of_sample(const Points& points, const SurfaceRange& levels, double off, int away,
+                                double level) const {
+        std::vector<Blocked> blocked =
+            blocked_levels(cells_of(points, levels, chunk_stride), off, away, level, {});
+        sort_by_low(blocked);
+        return first_free(blocked, level);
+    }
+
+    /// Whether a level up to `far` is free, with the cells that it runs through; else it is the next to look
+    /// at.
+    bool find_free(SurfaceSide side, double off, double far, CertifiedLevel& found, double& level,
+                   Parts& parts) const {
+        const int away = side == SurfaceSide::outer ? 1 : -1;
+        const double most = most_level(shell_, side);
+        std::vector<Blocked> blocked = blocked_levels(found.cells, off, away, level, parts.next(0.4));
+        keep_decisive(blocked, level);
+        for (; level <= far; level += ratio_ / 32) {
+            level = first_free(blocked, level);
+            if (!(level <= most)) refuse_open_level();
+            if (level > far) return false;
+            const SurfaceFrame frame{grid(), side, away * level};
+            if (!stars_are_beyond(frame, found.cells, away * off)) continue;
+            found.level = frame.level;
+            found.range = {away * off, away * off};
+            std::erase_if(found.cells, [&](const LevelCell& cell) { return !is_crossed(cell, frame.level); });
+            return true;
+        }
+        return false;
+    }
 
     static bool is_crossed(const LevelCell& cell, double level) {
         const auto [least, most] = std::minmax_element(cell.value.begin(), cell.value.end());
         return *least < level && *most >= level;
     }
 
-    /// Of each cell: the result twice, and where it is, in one region or more.
-    static constexpr std::uint64_t bytes_per_reach = 16 + 20;
+    /// Of each cell: the result twice, what matters, and where it is, in one region or more.
+    static constexpr std::uint64_t bytes_per_reach = 24 + 20;
     /// Of each cell: bounds by its pieces twice, by both, bend, and where it is, in one region or more.
     static constexpr std::uint64_t bytes_per_quick = sizeof(Quick) + 2 * 16 + 8 + 20;
 
@@ -352,10 +406,14 @@ private:
         return all;
     }
 
-    std::vector<Blocked> blocked_levels(std::span<const LevelCell> cells, double bound, int away,
+    /// Of each cell; of levels before `level` nothing is said.
+    std::vector<Blocked> blocked_levels(std::span<const LevelCell> cells, double bound, int away, double level,
                                         const Progress& progress) const {
         const Taken taken(guard_, (sizeof(Blocked) + bytes_per_reach) * cells.size());
-        const std::vector<double> reaches = pieces_.reaches(cells, bound, away, progress);
+        std::vector<double> matters(cells.size());
+        parallel_for(cells.size(), cell_grain,
+                     [&](std::uint64_t i) { matters[i] = level - bend(cells[i]) - surface_gap; });
+        const std::vector<double> reaches = pieces_.reaches(cells, bound, away, matters, progress);
         std::vector<Blocked> all(cells.size());
         parallel_for(cells.size(), cell_grain, [&](std::uint64_t i) {
             double low = away * cells[i].value[0], high = low;
