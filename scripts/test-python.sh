@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The Python package: installs it in a virtual environment of build-python/ by pip, as users do, then formatting, types
-# and tests. Says so in one line and does nothing where there is no venv or packages cannot be fetched.
+# and tests.
 #   scripts/test-python.sh [PYTEST ARGUMENTS]
+# Exit 77, and one line, where there is no venv or packages cannot be fetched; 1 when something fails.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=$PWD/build-python/venv
@@ -9,7 +10,7 @@ python=$venv/bin/python
 
 skip() {
     echo "test-python.sh: skipped: $*"
-    exit 0
+    exit 77
 }
 [[ -x $python ]] || python3 -m venv "$venv" || skip "python3 -m venv does not work here (Debian: python3-venv)"
 requirements=python/tests/requirements.txt

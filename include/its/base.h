@@ -63,9 +63,9 @@ public:
 };
 
 /// Called with the name of the stage that is under way and the fraction of the whole call that is done: from 0
-/// to 1, and never less than before. Never called by two threads at once, at most about a hundred times a
-/// stage. Return false to stop: the running call then throws Cancelled and leaves nothing behind. An empty
-/// function reports nothing.
+/// to 1, and never less than before. Never called by two threads at once; at each hundredth of a stage, and
+/// some twenty times a second of a long one. Return false to stop: the running call then throws Cancelled and
+/// leaves nothing behind. An empty function reports nothing.
 using Progress = std::function<bool(std::string_view stage, double fraction)>;
 
 /// How a call runs, which its result does not depend on: the same bytes for any number of threads. Every

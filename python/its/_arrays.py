@@ -29,17 +29,16 @@ PointsLike: TypeAlias = "npt.ArrayLike | SupportsDLPack"
 
 def as_array(given: Any, what: str) -> Array:
     """A numpy array of real numbers: the same memory where that is possible."""
-    if isinstance(given, np.ndarray):
-        array: Array = given
-    else:
+    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
+        raise InputError(f"{what}: an array with masked elements; fill them or leave them out first")
+    try:
         if hasattr(given, "__dlpack__") and not hasattr(given, "__array__"):
             given = np.from_dlpack(given)
         elif hasattr(given, "detach") and hasattr(given, "cpu"):  # a tensor of torch that wants a gradient
             given = given.detach()
-        try:
-            array = np.asarray(given)
-        except (TypeError, ValueError, RuntimeError) as error:
-            raise InputError(f"{what}: no array can be made of {type(given).__name__}: {error}") from error
+        array: Array = np.asarray(given)
+    except (TypeError, ValueError, RuntimeError, BufferError) as error:
+        raise InputError(f"{what}: no array can be made of {type(given).__name__}: {error}") from error
     if array.dtype.kind not in "fiub":
         if array.size:
             raise InputError(f"{what}: an array of {array.dtype} is not one of real numbers")
@@ -65,6 +64,8 @@ def out_array(out: Array | None, shape: tuple[int, ...], dtype: npt.DTypeLike) -
     """The array that results go to: the caller's if it fits."""
     if out is None:
         return np.empty(shape, dtype)
+    if not isinstance(out, np.ndarray):
+        raise OptionError(f"out: a numpy array is needed, not {type(out).__name__}")
     flags = out.flags
     if (
         out.shape != shape

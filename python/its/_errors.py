@@ -51,3 +51,11 @@ class NotReached(Error):  # noqa: N818
 
 class LossWarning(UserWarning):
     """Something of a mesh could not be handed to another package."""
+
+
+class FileWarning(UserWarning):
+    """Something of a mesh's file was left out or mended. Of :func:`its.read` it is in ``warnings`` instead."""
+
+
+class NotReachedWarning(UserWarning):
+    """Without ``strict``: the shell is thicker than was asked for."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
@@ -12,9 +13,10 @@ import numpy.typing as npt
 from . import _bridges, _its
 from ._arrays import Array, Floats, as_faces, as_vertices
 from ._bridges import Found, find
-from ._errors import InputError, OptionError
+from ._errors import FileWarning, InputError, OptionError
 from ._html import table
 from ._progress import ProgressLike, observer
+from ._sizes import path_bytes
 
 Faces = npt.NDArray[np.uint32]
 
@@ -125,7 +127,7 @@ def as_arrays(mesh: MeshLike, faces: Any = None) -> tuple[Array, Array]:
     if isinstance(mesh, Mesh):
         return as_vertices(mesh.vertices), as_faces(mesh.faces)
     if isinstance(mesh, str | os.PathLike):
-        mesh = read(mesh)
+        mesh = _read_aloud(mesh)
         return mesh.vertices, mesh.faces
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         return as_vertices(mesh[0]), as_faces(mesh[1])
@@ -151,7 +153,7 @@ def as_mesh(mesh: MeshLike, faces: Any = None) -> Mesh:
     if isinstance(mesh, Mesh):
         return mesh
     if faces is None and isinstance(mesh, str | os.PathLike):
-        return read(mesh, attributes=True)
+        return _read_aloud(mesh, attributes=True)
     if faces is not None or (isinstance(mesh, tuple | list) and len(mesh) == 2):
         return Mesh(*as_arrays(mesh, faces))
     found = _found(mesh)
@@ -161,6 +163,14 @@ def as_mesh(mesh: MeshLike, faces: Any = None) -> Mesh:
         corners = triangles if found.colour_corners is None else found.colour_corners
         colours = CornerValues(found.colours, corners.astype(np.uint32))
     return Mesh(as_vertices(found.vertices), triangles, colours=colours)
+
+
+def _read_aloud(path: str | os.PathLike[str], *, attributes: bool = False) -> Mesh:
+    """What :func:`read` would put into ``warnings`` becomes a FileWarning each."""
+    mesh = read(path, attributes=attributes)
+    for warning in mesh.warnings:
+        warnings.warn(f"{os.fspath(path)}: {warning}", FileWarning, stacklevel=4)
+    return mesh
 
 
 def _corner_values(found: dict[str, tuple[Array, Array]]) -> dict[str, Any]:
@@ -176,7 +186,7 @@ def read(path: str | os.PathLike[str], *, attributes: bool = False, progress: Pr
     :raises FileError: if the file cannot be read
     :raises InputError: if it holds no usable triangle, or is malformed
     """
-    found = _its.read(os.fsencode(path), attributes, observer(progress))
+    found = _its.read(path_bytes(path), attributes, observer(progress))
     vertices, faces = found["mesh"]
     return Mesh(
         vertices,
@@ -206,7 +216,7 @@ def write(
         raise OptionError(f"up {up!r}: choose x, y or z")
     return list(
         _its.write(
-            os.fsencode(path),
+            path_bytes(path),
             as_vertices(given.vertices),
             as_faces(given.faces),
             given._attributes(),

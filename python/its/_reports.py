@@ -12,7 +12,7 @@ from ._errors import OptionError
 from ._html import table
 from ._mesh import Mesh, MeshLike, _corner_values, as_arrays, as_mesh, read
 from ._progress import ProgressLike, observer
-from ._sizes import bytes_of, given
+from ._sizes import bytes_of, given, number
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,9 @@ class Report:
 def check(mesh: MeshLike, faces: Any = None, *, threads: int = 0, progress: ProgressLike = None) -> Report:
     """Examines a mesh: defects, bounds, and the meaning of inside that would be chosen, and why.
 
-    Dirty meshes are no error. :raises InputError: without triangles, or with coordinates that are not finite
+    Dirty meshes are no error.
+
+    :raises InputError: without triangles, or with coordinates that are not finite
     """
     warnings: list[str] = []
     if faces is None and isinstance(mesh, str | os.PathLike):
@@ -151,10 +153,10 @@ def simplify(
             raise OptionError("ratio: give a share in (0, 1], and not faces as well")
         faces = max(1, round(ratio * len(base.faces)))
     options = given(
-        tolerance=None if tolerance is None else float(tolerance),
+        tolerance=None if tolerance is None else number("tolerance", tolerance),
         faces=faces,
         method=method,
-        thickness=None if thickness is None else float(thickness),
+        thickness=None if thickness is None else number("thickness", thickness),
         depth=depth,
         sign=_rule(sign),
         gamma=gamma,
@@ -242,5 +244,5 @@ def mesh_distance(
 
 def weld(mesh: MeshLike, length: float, *, faces: Any = None) -> Mesh:
     """Corners that are nearer than ``length`` become one. Vertices and triangles keep their numbers."""
-    arrays, _ = _its.weld(*as_arrays(mesh, faces), float(length))
+    arrays, _ = _its.weld(*as_arrays(mesh, faces), number("length", length))
     return Mesh(*arrays)

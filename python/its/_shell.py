@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable
 from enum import IntEnum
 from html import escape
@@ -13,12 +14,12 @@ import numpy.typing as npt
 
 from . import _its
 from ._arrays import Array, Bools, Codes, Floats, PointsLike, as_points, out_array
-from ._errors import Cancelled, Error, InputError, NotCertified, NotReached, OptionError
+from ._errors import Cancelled, Error, InputError, NotCertified, NotReached, NotReachedWarning, OptionError
 from ._html import table
 from ._mesh import Mesh, MeshLike, Surface, as_arrays
 from ._progress import ProgressLike, observer
 from ._reports import Check, Closest, Verification, WindingNumber, _rule
-from ._sizes import bytes_of, given
+from ._sizes import bytes_of, given, number, path_bytes, whole
 
 
 class Side(IntEnum):
@@ -306,7 +307,7 @@ class Shell:
         """
         options = given(
             side=side,
-            level=None if level is None else float(level),
+            level=None if level is None else number("level", level),
             resolution=resolution,
             max_memory=bytes_of(max_memory),
         )
@@ -335,7 +336,8 @@ class Shell:
     ) -> tuple[Array, Floats]:
         """Samples on a regular grid around the mesh, and the affine matrix (4, 4) from indices to positions.
 
-        :param resolution: steps along the longest side of the mesh's bounds
+        :param resolution: steps along the longest side of the mesh's bounds; the step in mesh units is that
+            side over it
         :param field: "signed_distance", "value" or "classify"
         :param padding: further steps on each side
         """
@@ -346,11 +348,15 @@ class Shell:
         }
         if field not in answers:
             raise OptionError(f"field {field!r}: choose among {', '.join(answers)}")
+        resolution, padding = whole("resolution", resolution), whole("padding", padding)
         if resolution < 1 or padding < 0:
             raise OptionError(f"resolution {resolution}, padding {padding}: at least 1 and 0")
         low, high = self.bounds
-        step = float((high - low).max()) / resolution
-        counts = np.ceil((high - low) / step - 1e-9).astype(int) + 1 + 2 * padding
+        longest = float((high - low).max())
+        if longest == 0:
+            raise InputError("grid: all triangles of the mesh are one point, so there is no side to divide")
+        step = longest / resolution
+        counts = np.ceil((high - low) / longest * resolution).astype(int) + 1 + 2 * padding
         affine = np.diag([step, step, step, 1.0])
         affine[:3, 3] = (low + high) / 2 - step * (counts - 1) / 2
         values = np.empty(counts, np.int8 if field == "classify" else np.float64)
@@ -394,7 +400,7 @@ class Shell:
 
     def save(self, path: str | os.PathLike[str], *, threads: int = 0) -> None:
         """Writes an .its file; an existing one is replaced only by a complete one."""
-        self._core.save(os.fsencode(path), threads)
+        self._core.save(path_bytes(path), threads)
 
     def to_bytes(self, *, threads: int = 0) -> bytes:
         """What :meth:`save` would write."""
@@ -462,27 +468,33 @@ def build(
     :param max_cells, max_depth, max_memory: limits of a shell that is built to a thickness
     :param weld: corners that are nearer than this become one first
     :param turn_parts: turn closed parts around by nesting: solid, cavity, solid
-    :param strict: raise NotReached where the limits do not allow the thickness
-    :raises InputError, OptionError, MemoryLimitError, Cancelled:
+    :param strict: raise NotReached where the limits do not allow the thickness; else NotReachedWarning says so
+    :raises InputError, OptionError, FileError, MemoryLimitError, Cancelled:
     """
+    if depth is not None and (strict or max_cells is not None or max_depth is not None):
+        raise OptionError(
+            "max_cells, max_depth and strict are of a shell that is built to a thickness, not a depth"
+        )
     options = given(
-        thickness=None if thickness is None else float(thickness),
+        thickness=None if thickness is None else number("thickness", thickness),
         depth=depth,
         sign=_rule(sign),
         max_cells=max_cells,
         max_depth=max_depth,
-        weld=None if weld is None else float(weld),
+        weld=None if weld is None else number("weld", weld),
         turn_parts=turn_parts,
         extrema=extrema,
         max_memory=bytes_of(max_memory),
     )
     shell = Shell._of(_its.build(*as_arrays(mesh, faces), options, threads, observer(progress)))
-    if strict and thickness is not None and shell._info["coarse_cells"] > 0:
-        raise NotReached(
+    if shell._info["coarse_cells"] > 0:
+        short = (
             f"the shell is {shell.thickness:.6g} thick, not {shell._info['thickness_asked']:.6g}: "
-            f"{shell._info['coarse_cells']:,} cells are too coarse; allow more cells or memory",
-            shell,
+            f"{shell._info['coarse_cells']:,} cells are too coarse; allow more cells or memory"
         )
+        if strict:
+            raise NotReached(short, shell)
+        warnings.warn(short, NotReachedWarning, stacklevel=2)
     return shell
 
 
@@ -492,7 +504,7 @@ def load(path: str | os.PathLike[str], *, check: str = "full", threads: int = 0)
     :param check: "full" examines every byte; "quick" what is needed to be safe, in milliseconds, but damage
         of the values goes unnoticed
     """
-    core = _its.load(os.fsencode(path), {"check": check}, threads)
+    core = _its.load(path_bytes(path), {"check": check}, threads)
     return Shell._of(core, os.path.abspath(os.fsdecode(path)))
 
 

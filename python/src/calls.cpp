@@ -45,6 +45,11 @@ public:
         stop_ = true;
     }
 
+    bool stopped() {
+        const std::lock_guard lock(mutex_);
+        return stop_;
+    }
+
     std::pair<std::string, double> progress() {
         const std::lock_guard lock(mutex_);
         return {stage_, fraction_};
@@ -96,9 +101,11 @@ void run_watched(const Control& control, const std::function<void(const Run&)>& 
             if (!raised) guarded([&] { return look_for_signals(), tell(control, work); });
         }
     }
-    if (!raised && !work.error()) guarded([&] { return tell(control, work), true; });
+    if (!raised && !work.error()) guarded([&] { return tell(control, work); });
     if (raised) throw std::move(*raised);
     if (work.error()) std::rethrow_exception(work.error());
+    if (work.stopped())
+        throw Cancelled("stopped by the caller");  // even where the work ended before it saw that
 }
 
 }  // namespace its::python

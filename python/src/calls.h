@@ -23,7 +23,7 @@ struct Control {
 /// Runs body(run) on a thread of its own without the interpreter's lock, while this one, some twenty times a
 /// second, looks for signals (Ctrl-C) and tells the observer how far the work is; the observer is told of the
 /// end, too. An exception of either stops the work and is passed on once the work has stopped.
-/// \throws what body throws; nb::python_error
+/// \throws what body throws; nb::python_error; Cancelled whenever the observer says no, at the end as well
 void run_watched(const Control& control, const std::function<void(const Run&)>& body);
 
 /// The same with a result.

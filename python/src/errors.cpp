@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <exception>
+#include <new>
 
 #include "its/base.h"
 
@@ -32,6 +33,8 @@ void translate(const std::exception_ptr& exception, void*) {
         raise("Cancelled", error.what());
     } catch (const Error& error) {
         raise("Error", error.what());
+    } catch (const std::bad_alloc&) {
+        raise("MemoryLimitError", "the machine has no more memory");
     }
 }
 

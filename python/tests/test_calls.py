@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import gc
 import os
 import resource
@@ -9,7 +10,8 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -54,41 +56,44 @@ def test_errors_of_progress_are_passed_on(name: str) -> None:
         LONG[name](progress=fail)
 
 
-def interrupt(call: Callable[[], Any]) -> None:
-    """Presses Ctrl-C as soon as the call is under way."""
-    timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT))
-    timer.start()
+def test_saying_no_at_the_end_cancels_too() -> None:
+    with pytest.raises(its.Cancelled):
+        SHELL.classify(np.zeros((5, 3)), progress=lambda stage, fraction: fraction < 1)
+
+
+@pytest.fixture
+def pythons_own_ctrl_c() -> Iterator[None]:
+    """The handler of SIGINT that Python installs, which a parent process may have had ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+# Each takes days, but for Ctrl-C.
+ENDLESS: dict[str, Callable[[], Any]] = {
+    "verify": lambda: SHELL.verify(samples=10**13),
+    "mesh_distance": lambda: its.mesh_distance(SHELL.mesh, SHELL.mesh, samples=10**13),
+}
+
+
+@pytest.mark.usefixtures("pythons_own_ctrl_c")
+@pytest.mark.parametrize("name", ENDLESS)
+def test_other_threads_go_on_and_ctrl_c_stops(name: str) -> None:
+    def count_and_press() -> None:
+        time.sleep(0.2)  # the call is under way
+        for _ in range(20):
+            time.sleep(0.001)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    faulthandler.dump_traceback_later(120, exit=True)  # of a call that holds the lock, or does not look
     try:
-        call()
+        thread = threading.Thread(target=count_and_press)
+        thread.start()
+        with pytest.raises(KeyboardInterrupt):
+            ENDLESS[name]()
+        thread.join()
     finally:
-        timer.join()
-
-
-@pytest.mark.skipif(
-    signal.getsignal(signal.SIGINT) is not signal.default_int_handler, reason="SIGINT is not Python's"
-)
-@pytest.mark.parametrize("name", ["build", "verify"])
-def test_ctrl_c(name: str) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        interrupt(lambda: [LONG[name]() for _ in range(1000)])
-
-
-@pytest.mark.parametrize("name", LONG)
-def test_other_threads_go_on(name: str) -> None:
-    steps, done = 0, threading.Event()
-
-    def count() -> None:
-        nonlocal steps
-        while not done.wait(0.001):
-            steps += 1
-
-    thread = threading.Thread(target=count)
-    thread.start()
-    before = steps
-    LONG[name]()
-    assert steps > before
-    done.set()
-    thread.join()
+        faulthandler.cancel_dump_traceback_later()
 
 
 def test_calls_from_many_threads() -> None:

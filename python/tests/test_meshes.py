@@ -125,6 +125,24 @@ def test_errors_of_files(tmp_path: Path) -> None:
         its.read(tmp_path / "bad\udcff.obj")
 
 
+def test_paths_are_never_cut_off(tmp_path: Path) -> None:
+    file = tmp_path / "cube.obj"
+    its.write(file, cube())
+    for use in (its.read, its.build, its.load, its.build(file, depth=2).save):
+        with pytest.raises(its.FileError, match="code 0"):
+            use(f"{file}\0.stl")
+
+
+def test_what_a_file_lost_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "cube.obj"
+    its.write(file, cube())
+    file.write_text(file.read_text() + "surf 0 1 0 1 1 2 3 4\n")
+    assert its.read(file).warnings
+    for use in (its.build, its.as_mesh, lambda path: its.simplify(path, tolerance=0.1)):
+        with pytest.warns(its.FileWarning, match=r"cube\.obj"):
+            use(file)
+
+
 def test_attributes(tmp_path: Path) -> None:
     vertices, faces = cube()
     colours = np.random.default_rng(0).integers(0, 256, (8, 4)) / 255

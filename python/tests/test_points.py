@@ -171,6 +171,28 @@ def test_what_is_no_point(ring: its.Shell, question: str, bad: Any) -> None:
         ask(ring, question)(bad)
 
 
+def test_masked_points(ring: its.Shell, points: Floats) -> None:
+    masked = np.ma.masked_array(points)
+    np.testing.assert_array_equal(ring.classify(masked), ring.classify(points))
+    masked[3, 1] = np.ma.masked
+    with pytest.raises(its.InputError, match="masked"):
+        ring.classify(masked)
+
+
+class InAnotherDevice(OnlyDLPack):
+    """As a tensor in a GPU's memory behaves."""
+
+    def __dlpack__(self, **options: Any) -> Any:
+        raise BufferError("not in the processor's memory")
+
+
+def test_what_numpy_cannot_have(ring: its.Shell, points: Floats) -> None:
+    with pytest.raises(its.InputError, match="processor's memory"):
+        ring.classify(InAnotherDevice(points))
+    with pytest.raises(its.OptionError, match="numpy array"):
+        ring.value(points, out=[0.0] * len(points))  # type: ignore[arg-type]
+
+
 def test_value_and_gradient_are_the_two_calls(ring: its.Shell, points: Floats) -> None:
     value, gradient = ring.value_and_gradient(points)
     np.testing.assert_array_equal(value, ring.value(points))

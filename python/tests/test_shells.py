@@ -56,13 +56,30 @@ def test_options_reach_the_library() -> None:
     with pytest.raises(its.NotReached) as caught:
         its.build(*torus(), thickness=1e-4, max_cells=2000, strict=True)
     assert caught.value.shell.thickness > 1e-4
+    with pytest.raises(its.NotReached):  # nor the default one
+        its.build(*torus(), max_cells=500, strict=True)
+    with pytest.warns(its.NotReachedWarning, match="too coarse"):
+        assert its.build(*torus(), max_cells=500).info["coarse_cells"] > 0
     with pytest.raises(its.MemoryLimitError):
         its.build(*torus(), depth=10, max_memory="2M")
 
 
 @pytest.mark.parametrize(
     "options",
-    [{"depth": 99}, {"depth": "5"}, {"depth": 2.5}, {"sign": "none"}, {"max_memory": "lots"}, {"threads": -1}],
+    [
+        {"depth": 99},
+        {"depth": "5"},
+        {"depth": 2.5},
+        {"depth": 5, "strict": True},
+        {"depth": 5, "max_cells": 1000},
+        {"thickness": "thin"},
+        {"thickness": [1, 2]},
+        {"weld": {}},
+        {"sign": "none"},
+        {"max_memory": "lots"},
+        {"max_memory": 1.5},
+        {"threads": -1},
+    ],
 )
 def test_options_out_of_range(options: dict[str, object]) -> None:
     with pytest.raises((its.OptionError, TypeError)):
@@ -180,6 +197,13 @@ def test_grids(box: its.Shell) -> None:
     assert (codes[1:-1, 1:-1, 1:-1] == -1).all()
     with pytest.raises(its.OptionError):
         box.grid(10, field="colour")
+    for resolution in (0, 2.5, "10"):
+        with pytest.raises(its.OptionError, match="resolution"):
+            box.grid(resolution)  # type: ignore[arg-type]
+    slab, _ = its.build(cube()[0] * [1, 0.5, 0.25], cube()[1], depth=4).grid(8, padding=0)
+    assert slab.shape == (9, 5, 3)
+    with pytest.raises(its.InputError, match="one point"):
+        its.build(np.ones((3, 3)), [[0, 1, 2]], depth=2).grid(8)
     with pytest.raises(its.Cancelled):
         box.grid(10, progress=lambda stage, fraction: False)
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -114,10 +116,22 @@ public:
         if (!progress_) return;
         if (stopped_.load(std::memory_order_relaxed)) throw Cancelled("stopped by the caller");
         const std::uint64_t done = done_.fetch_add(count, std::memory_order_relaxed) + count;
-        if (done * 100 / total_ != (done - count) * 100 / total_) report(double(done) / double(total_));
+        if (percent(done) != percent(done - count) || is_due()) report(double(done) / double(total_));
     }
 
 private:
+    using Clock = std::chrono::steady_clock;
+    static constexpr Clock::duration longest_silence = std::chrono::milliseconds(50);
+
+    int percent(std::uint64_t done) const { return int(100 * (double(done) / double(total_))); }
+
+    /// Whether nothing was reported for a while. One thread gets to hear it.
+    bool is_due() {
+        const Clock::rep now = Clock::now().time_since_epoch().count();
+        Clock::rep due = due_.load(std::memory_order_relaxed);
+        return now >= due && due_.compare_exchange_strong(due, now + longest_silence.count());
+    }
+
     void report(double fraction) {
         if (!progress_) return;
         const std::lock_guard lock(mutex_);
@@ -131,6 +145,7 @@ private:
     std::uint64_t total_;
     double reported_ = 0;
     std::atomic<std::uint64_t> done_ = 0;
+    std::atomic<Clock::rep> due_ = (Clock::now() + longest_silence).time_since_epoch().count();
     std::atomic<bool> stopped_ = false;
     std::mutex mutex_;
 };
@@ -160,6 +175,23 @@ void parallel_for(std::uint64_t count, std::uint64_t grain, F&& fn) {
     for_chunks(count, grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
         for (std::uint64_t i = begin; i < end; ++i) fn(i);
     });
+}
+
+/// add(fn(begin, end)) for chunks of `grain` items each, in their order: fn in parallel, add not. Only some
+/// thousand results are kept at a time, so that any count takes little memory.
+template <class F, class Add>
+void fold_chunks(std::uint64_t count, std::uint64_t grain, F&& fn, Add&& add) {
+    const std::uint64_t round = 4096 * grain;
+    std::vector<std::invoke_result_t<F, std::uint64_t, std::uint64_t>> results;
+    for (std::uint64_t done = 0; done < count;) {
+        const std::uint64_t n = std::min(round, count - done);
+        results.resize(chunk_count(n, grain));
+        for_chunks(n, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+            results[chunk] = fn(done + begin, done + end);
+        });
+        for (const auto& result : results) add(result);
+        done += n;
+    }
 }
 
 }  // namespace its

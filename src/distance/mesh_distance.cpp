@@ -57,19 +57,29 @@ private:
     std::uint64_t samples_ = 0;
 };
 
-/// The whole from its parts, in their order; sums of distances and of squares become means.
-MeshDistance combine(const std::vector<MeshDistance>& parts, std::uint64_t samples) {
-    MeshDistance all;
-    for (const MeshDistance& part : parts) {
-        all.max = std::max(all.max, part.max);
-        all.mean += part.mean;
-        all.root_mean_square += part.root_mean_square;
+/// Of points [begin, end): the largest distance, and sums of distances and of squares.
+MeshDistance measure(const MeasuredPoints& points, const mesh::Arrays& from, const ClosestPointTree& tree,
+                     std::uint64_t begin, std::uint64_t end) {
+    MeshDistance part;
+    for (std::uint64_t i = begin; i < end; ++i) {
+        if (points.is_vertex(i)) {
+            if (points.is_used(i))
+                part.max = std::max(part.max, std::sqrt(tree.find(from.vertices[i]).squared));
+            continue;
+        }
+        const double squared = tree.find(points.sample(i)).squared, distance = std::sqrt(squared);
+        part.max = std::max(part.max, distance);
+        part.mean += distance;
+        part.root_mean_square += squared;
     }
-    if (samples > 0) {
-        all.mean /= double(samples);
-        all.root_mean_square = std::sqrt(all.root_mean_square / double(samples));
-    }
-    return all;
+    return part;
+}
+
+/// Sums become means.
+void finish(MeshDistance& sums, std::uint64_t samples) {
+    if (samples == 0) return;
+    sums.mean /= double(samples);
+    sums.root_mean_square = std::sqrt(sums.root_mean_square / double(samples));
 }
 
 }  // namespace
@@ -79,23 +89,19 @@ MeshDistance distance::mesh_distance(const mesh::Arrays& from, const mesh::Array
     const ClosestPointTree tree(to.vertices, to.triangles);
     const MeasuredPoints points(from, samples);
     Stage stage(progress, "distances", points.size());
-    std::vector<MeshDistance> parts(chunk_count(points.size(), grain));
-    for_chunks(points.size(), grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        MeshDistance& part = parts[chunk];
-        for (std::uint64_t i = begin; i < end; ++i) {
-            if (points.is_vertex(i)) {
-                if (points.is_used(i))
-                    part.max = std::max(part.max, std::sqrt(tree.find(from.vertices[i]).squared));
-                continue;
-            }
-            const double squared = tree.find(points.sample(i)).squared, distance = std::sqrt(squared);
-            part.max = std::max(part.max, distance);
-            part.mean += distance;
-            part.root_mean_square += squared;
-        }
+    MeshDistance all;
+    const auto chunk = [&](std::uint64_t begin, std::uint64_t end) {
+        const MeshDistance part = measure(points, from, tree, begin, end);
         stage.advance(end - begin);
+        return part;
+    };
+    fold_chunks(points.size(), grain, chunk, [&](const MeshDistance& part) {
+        all.max = std::max(all.max, part.max);
+        all.mean += part.mean;
+        all.root_mean_square += part.root_mean_square;
     });
-    return combine(parts, points.samples());
+    finish(all, points.samples());
+    return all;
 }
 
 MeshDistance mesh_distance(const MeshView& from, const MeshView& to, std::uint64_t samples, const Run& run) {

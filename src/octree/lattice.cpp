@@ -76,8 +76,7 @@ Lattice make_lattice(const Box& box, int depth) {
     if (bits < min_scale_bits)
         throw InputError(
             fmt::format("mesh: {:.3g} away from the origin, which is too far for its size {:.3g} at depth {}; "
-                        "move it nearer "
-                        "to the origin or lower the depth",
+                        "move it nearer to the origin, or ask for larger cells",
                         extent.far, extent.side, depth));
     Lattice lattice{.depth = levels,
                     .room = levels - depth,

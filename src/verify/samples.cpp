@@ -165,13 +165,14 @@ Vec3 point_error(const Mesh& mesh, const Triangle& t) {
 template <class F>
 Tally in_chunks(const Job& job, const char* name, std::uint64_t count, std::uint64_t grain, F&& fn) {
     Stage stage(job.parts.next(0.05), name, count);
-    std::vector<Tally> tallies(chunk_count(count, grain));
-    for_chunks(count, grain, [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
-        for (std::uint64_t i = begin; i < end; ++i) fn(i, tallies[chunk]);
-        stage.advance(end - begin);
-    });
     Tally sum;
-    for (const Tally& t : tallies) sum.add(t);
+    const auto chunk = [&](std::uint64_t begin, std::uint64_t end) {
+        Tally tally;
+        for (std::uint64_t i = begin; i < end; ++i) fn(i, tally);
+        stage.advance(end - begin);
+        return tally;
+    };
+    fold_chunks(count, grain, chunk, [&](const Tally& tally) { sum.add(tally); });
     return sum;
 }
 
@@ -256,8 +257,9 @@ std::uint64_t count_crossings(const Job& job) {
 void check_samples(const Job& job, VerifyReport& report) {
     const Sampler sampler(job);
     const std::uint64_t crossings = count_crossings(job);
-    const std::uint64_t limit = std::max<std::uint64_t>(4 * job.options.samples, 1000);
-    const std::uint64_t stride = std::max<std::uint64_t>((crossings + limit - 1) / limit, 1);
+    // At most four crossings a sample, or 1,000.
+    const std::uint64_t quarter = std::max<std::uint64_t>(job.options.samples, 250);
+    const std::uint64_t stride = std::max<std::uint64_t>(chunk_count(chunk_count(crossings, 4), quarter), 1);
     Tally sum = sample_vertices(job, sampler);
     sum.add(sample_edges(job, sampler, stride));
     const std::uint64_t special = sum.samples;

@@ -67,6 +67,14 @@ TEST(MeshDistance, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(one.root_mean_square, two.root_mean_square);
 }
 
+TEST(MeshDistance, AnyNumberOfSamplesTakesLittleMemory) {
+    int calls = 0;
+    const auto soon = [&](std::string_view, double) { return ++calls < 4; };
+    EXPECT_THROW(
+        mesh_distance(zoo::tetrahedron(), zoo::tetrahedron(), std::uint64_t{1} << 60, {.progress = soon}),
+        Cancelled);
+}
+
 TEST(MeshDistance, RefusesAndStops) {
     const Mesh mesh = zoo::tetrahedron();
     EXPECT_THROW(mesh_distance({}, mesh), InputError);

@@ -546,6 +546,17 @@ TEST(Verify, CanBeStoppedInEveryStage) {
     }
 }
 
+TEST(Verify, AnyNumberOfSamplesTakesLittleMemory) {
+    const Tampered t(3);
+    VerifyOptions options = quick();
+    options.samples = ~std::uint64_t{0};
+    int calls = 0;
+    options.run.progress = [&](std::string_view stage, double) {
+        return stage != "verify: samples" || ++calls < 4;
+    };
+    EXPECT_THROW(t.report(options), Cancelled);
+}
+
 TEST(Verify, SameReportForAnyNumberOfThreads) {
     const Tampered t;
     VerifyOptions options = quick();
