@@ -170,7 +170,9 @@ int run(const Options& options) {
     const std::uint64_t file_bytes = size_of(options.points), shell_bytes = size_of(options.shell);
     options.common.require_memory(2 * file_bytes, shell_bytes, "reading the points");
     const std::vector<Vec3> points = timed(seconds.read, [&] { return read_points(options.points); });
-    options.common.require_memory(answer_bytes(options) * points.size() + shell_bytes / 2,
+    const std::uint64_t index_bytes =
+        shell_bytes / 2 + (options.winding ? 80 * shell.info().mesh_triangles : 0);
+    options.common.require_memory(answer_bytes(options) * points.size() + index_bytes,
                                   shell_bytes + points.size() * sizeof(Vec3), "answering");
     std::optional<ClosestPoints> closest;
     const Query query = timed(seconds.index, [&] {

@@ -42,8 +42,8 @@ struct Access;  // the library's own way in
 /// Answers for one shell. Cheap to copy: copies share the shell and a small index, which is made in
 /// milliseconds whatever the size of the shell; under SignRule::generalized in a time that grows with the
 /// length of the boundary and with what the shell stores beside it. All members may be called from any number
-/// of threads; those for one point allocate nothing (but where a coordinate that is not 0 is below 1e-90 in
-/// magnitude: exact predicates then may).
+/// of threads; those for one point allocate nothing (but the first winding number, which may make its index,
+/// and where a coordinate that is not 0 is below 1e-90 in magnitude: exact predicates then may).
 class Query {
 public:
     /// Makes the index.
@@ -107,7 +107,7 @@ public:
     /// 1 or 0; 0 where a point is not finite.
     void contains(std::span<const Vec3> points, std::span<std::uint8_t> out,
                   std::optional<bool> when_uncertain = {}, const Run& run = {}) const;
-    /// Or NaN.
+    /// Or NaN with error 0 on the surface and where a point is not finite.
     void winding_number(std::span<const Vec3> points, std::span<WindingNumber> out, const Run& run = {}) const;
     /// Codes of ShellSide, and not_finite.
     void classify_shell(std::span<const Vec3> points, std::span<std::int8_t> out, const Run& run = {}) const;
@@ -122,7 +122,7 @@ public:
     void signed_distance_bound(std::span<const Vec3> points, std::span<Interval> out,
                                const Run& run = {}) const;
 
-    /// Bytes of the index, beside those of the shell.
+    /// Bytes of the index, beside those of the shell; of the one that winding_number() makes once it has.
     std::uint64_t memory_bytes() const;
 
 private:

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/progress.h"
+#include "geometry/box.h"
 #include "octree/voxelise.h"
 #include "signs/generalized.h"
 
@@ -14,7 +15,7 @@ namespace its::adaptive {
 
 namespace {
 
-using signs::decision_gap;
+using winding::decision_gap;
 // Each is tried where the one before does not decide; what none does is left to the sum over the boundary.
 constexpr double tolerances[] = {0x1p-11, 0x1p-14, 0x1p-20};
 
@@ -66,12 +67,6 @@ double OpenSides::to_flip(const std::array<std::uint64_t, 3>& point) const {
     return std::ldexp(holes_.distance(octree::morton_encode(coarse)), flip_level_);
 }
 
-bool OpenSides::in_bounds(const Vec3& p) const {
-    for (int axis = 0; axis < 3; ++axis)
-        if (p[axis] < bounds_.min[axis] || p[axis] > bounds_.max[axis]) return false;
-    return true;
-}
-
 /// w(M) > ½, w(M) = (crossings of M by the ray in direction −x) + boundary term; the crossings are those of M
 /// and F but for F's.
 bool OpenSides::decide_exactly(const Vec3& p, std::int32_t winding) const {
@@ -82,7 +77,7 @@ bool OpenSides::decide_exactly(const Vec3& p, std::int32_t winding) const {
 std::uint32_t OpenSides::inside(std::span<const Vec3> points, std::span<const std::int32_t> winding) const {
     std::uint32_t bits = 0, open = 0;
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (in_bounds(points[i])) open |= 1u << i;
+        if (geometry::contains(bounds_, points[i])) open |= 1u << i;
     if (filling_.empty()) {
         for (; open != 0; open &= open - 1)
             if (winding[std::size_t(std::countr_zero(open))] >= 1) bits |= open & -open;

@@ -42,7 +42,6 @@ public:
     std::uint32_t inside(std::span<const Vec3> points, std::span<const std::int32_t> winding) const;
 
 private:
-    bool in_bounds(const Vec3& p) const;
     bool decide_exactly(const Vec3& p, std::int32_t winding) const;
 
     int flip_level_;

@@ -41,6 +41,11 @@ inline Box bounds(std::span<const Vec3> points, std::span<const std::array<std::
     return box;
 }
 
+inline bool contains(const Box& box, const Vec3& p) {
+    return box.min.x <= p.x && p.x <= box.max.x && box.min.y <= p.y && p.y <= box.max.y && box.min.z <= p.z &&
+           p.z <= box.max.z;
+}
+
 /// Whether two boxes share a point.
 inline bool overlap(const Box& a, const Box& b) {
     return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y &&

@@ -1,7 +1,9 @@
 #pragma once
 
-#include <memory>
+#include <atomic>
+#include <cstdint>
 #include <mutex>
+#include <optional>
 
 #include "its/inspect.h"
 #include "its/query.h"
@@ -27,14 +29,17 @@ struct its::Query::Data {
     const winding::MeshWinding& winding() const {
         if (index.open) return index.open->winding();
         std::call_once(once_, [this] {
-            made_ =
-                std::make_unique<winding::MeshWinding>(index.shell.mesh.vertices, index.shell.mesh.triangles,
-                                                       index.shell.info.sign == SignRule::winding);
+            const shell::MeshArrays& mesh = index.shell.mesh;
+            made_.emplace(mesh.vertices, mesh.triangles, index.shell.info.sign == SignRule::winding);
+            bytes_ = made_->memory_bytes();
         });
         return *made_;
     }
+    /// Of what winding() made.
+    std::uint64_t winding_bytes() const { return bytes_; }
 
 private:
     mutable std::once_flag once_;
-    mutable std::unique_ptr<winding::MeshWinding> made_;  ///< where the index has none
+    mutable std::optional<winding::MeshWinding> made_;  ///< where the index has none
+    mutable std::atomic<std::uint64_t> bytes_ = 0;
 };

@@ -20,8 +20,6 @@ constexpr double tolerance = 0x1p-11;
 constexpr double whole_patch = 1;
 /// A function is taken if it is this good, and in the smallest cubes if it is of any use.
 constexpr double good_error = 0x1p-7, useful_error = 0.25;
-/// In steady cubes w is farther from ½ + Z than this, too: more than what sums, here or in the build, err by.
-constexpr double gap = 0x1p-20;
 /// Cubes that need not be halved to find a leaf of the shell are halved to a depth between these such that
 /// those around the boundary are not more, in a row along it, than:
 constexpr int least_depth = 7, most_depth = 10;
@@ -40,6 +38,12 @@ int finest_for(double length) {
 }
 
 }  // namespace
+
+std::uint32_t OpenSides::node_of(Kind kind, std::uint64_t number) {
+    if (number > number_mask)
+        throw MemoryError("sides of an open mesh: its boundary is too long for an index of 2²⁸ cubes");
+    return std::uint32_t(kind) << kind_shift | std::uint32_t(number);
+}
 
 OpenSides::OpenSides(const QueryIndex& index)
     : winding_(index.shell.mesh.vertices, index.shell.mesh.triangles),
@@ -139,7 +143,7 @@ std::uint32_t OpenSides::judge(const QueryIndex& index, const Cube& cube, const 
     const bool leaf = cube.below.kind != Below::divided,
                in_leaf = leaf && cube.depth + cube.below.level > index.shell.octree.depth + 1;
     const winding::WindingEstimate w = octants.at_centre(lane);
-    const double spread = octants.variation(lane) + w.error + gap;
+    const double spread = octants.variation(lane) + w.error + winding::decision_gap;
     const bool far = std::abs(w.value - (std::floor(w.value) + 0.5)) > spread,
                ends = !within && (!octants.clear(lane) || w.value - spread < -0.5);
     if (far && !ends && !in_leaf) return node_of(steady);
@@ -219,13 +223,6 @@ double OpenSides::value_at(const Quadratic& f, const Vec3& t) {
            (f.gradient[1] + h[1] * t.y + h[5] * t.z) * t.y + (f.gradient[2] + h[2] * t.z) * t.z;
 }
 
-bool OpenSides::in_bounds(const Vec3& p) const {
-    bool in = true;
-    for (int axis = 0; axis < 3; ++axis)
-        in = in && p[axis] >= bounds_.min[axis] && p[axis] <= bounds_.max[axis];
-    return in;
-}
-
 Side OpenSides::by_sum(const Vec3& point) const {
     const int side = winding_.above_half(point);
     return side == 0 ? Side::uncertain : side > 0 ? Side::inside : Side::outside;
@@ -234,7 +231,7 @@ Side OpenSides::by_sum(const Vec3& point) const {
 Side OpenSides::side(const QueryIndex& index, std::uint32_t node, const Vec3& point, const Vec3& u) const {
     const auto kind = Kind(node >> kind_shift);
     if (kind == outside || kind == inside) return kind == inside ? Side::inside : Side::outside;
-    if (!in_bounds(point)) return Side::outside;
+    if (!geometry::contains(bounds_, point)) return Side::outside;
 
     const Quadratic* const f = kind == quadratic ? &functions_[node & number_mask] : nullptr;
     Vec3 centre = point;

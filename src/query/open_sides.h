@@ -90,9 +90,8 @@ private:
             at[std::size_t(axis)] = std::uint32_t(std::int32_t(fine_ * u[axis]));
         return at;
     }
-    static std::uint32_t node_of(Kind kind, std::uint64_t number = 0) {
-        return std::uint32_t(kind) << kind_shift | std::uint32_t(number);
-    }
+    /// \throws MemoryError if the number has more bits than there are
+    static std::uint32_t node_of(Kind kind, std::uint64_t number = 0);
     static Below below(const QueryIndex& index, std::uint64_t group, unsigned child, int level);
     static Cube half_of(const QueryIndex& index, const Cube& cube, unsigned child);
     static bool meets_mesh(const QueryIndex& index, const Below& below);
@@ -105,7 +104,6 @@ private:
     void fill_start(std::uint32_t node, int depth, const octree::Cell& at);
     static double value_at(const Quadratic& function, const Vec3& t);
     Numbers find_numbers(const QueryIndex& index, const SurfacePoint& at) const;
-    bool in_bounds(const Vec3& p) const;
     Side by_sum(const Vec3& point) const;
 
     winding::MeshWinding winding_;

@@ -88,7 +88,7 @@ Interval Query::signed_distance_bound(const Vec3& point) const {
 }
 
 std::uint64_t Query::memory_bytes() const {
-    return data_->index.memory_bytes();
+    return data_->index.memory_bytes() + data_->winding_bytes();
 }
 
 }  // namespace its

@@ -128,7 +128,7 @@ GeneralizedSigns::Judgement GeneralizedSigns::judge(const winding::Octants& octa
     const double variation = octants.variation(lane);
     if (!(variation < 0.5)) return {.decided = false, .may_flip = true, .threshold = 0};
     const winding::WindingEstimate w = octants.at_centre(lane);
-    const double spread = variation + w.error + decision_gap;
+    const double spread = variation + w.error + winding::decision_gap;
     const bool clear = octants.clear(lane);
     Judgement out;
     out.may_flip = !(std::abs(w.value - (std::floor(w.value) + 0.5)) > spread);
@@ -154,7 +154,7 @@ namespace {
 /// Whether `estimate` tells on which side w = (crossings of M + F) − w_F is; `above` receives w − ½.
 bool settles(const winding::WindingEstimate& estimate, std::int32_t crossings, double& above) {
     above = crossings - estimate.value - 0.5;
-    return std::abs(above) > estimate.error + decision_gap;
+    return std::abs(above) > estimate.error + winding::decision_gap;
 }
 
 }  // namespace

@@ -16,10 +16,6 @@
 /// Signs by generalized winding numbers: meshes with boundary.
 namespace its::signs {
 
-/// Estimates decide only where they are this far from ½, beyond their error; all else is left to the sum over
-/// the boundary, whose error is far smaller. So all groups that share a grid point agree on it.
-inline constexpr double decision_gap = 0x1p-20;
-
 /// Whether lattice points are inside: their winding number is over ½, and they lie in M's bounding box. The
 /// winding number is the sum of the crossings of M and of a surface F that fills its boundary, less the winding
 /// number of F; see docs/design/signs.md for bounds and cost.

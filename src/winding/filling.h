@@ -22,6 +22,10 @@ struct WindingEstimate {
     double value = 0, error = 0;
 };
 
+/// Estimates by expansions decide only where they are this far from a border, beyond their error; all else is
+/// left to the sum over the boundary, whose error is far smaller. So all that ask about one point agree.
+inline constexpr double decision_gap = 0x1p-20;
+
 /// Bounds on errors of arguments hold where they are below a right angle, a quarter as a winding number.
 inline constexpr double useless_error = 0.2;
 

@@ -11,8 +11,6 @@ namespace {
 
 /// Estimates are asked for with these errors of their parts, one after the other; measured.
 constexpr double tolerances[] = {0x1p-9, 0x1p-16};
-/// They are taken where they are this far from the border, beyond their error.
-constexpr double gap = 0x1p-20;
 /// With fewer edges their sum is cheaper than an estimate.
 constexpr std::uint64_t few_edges = 32;
 
@@ -47,33 +45,33 @@ WindingEstimate MeshWinding::at(const Vec3& p) const {
     return {value, boundary.error + unit_roundoff * std::abs(value)};
 }
 
-int MeshWinding::above_half(const Vec3& p) const {
-    if (filling_.empty()) return of_mesh_.crossings(p) >= 1 ? 1 : -1;
+template <class Accept>
+WindingEstimate MeshWinding::estimate(const Vec3& p, Accept&& accept) const {
     if (filling_.edges() > few_edges && !far(p)) {
         const int whole = crossings(p);
         for (const double tolerance : tolerances) {
-            const WindingEstimate estimate = filling_.winding(p, tolerance);
-            const double above = double(whole) - estimate.value - 0.5;
-            if (std::abs(above) > estimate.error + gap) return above > 0 ? 1 : -1;
+            const WindingEstimate of_filling = filling_.winding(p, tolerance);
+            const WindingEstimate found{double(whole) - of_filling.value, of_filling.error + decision_gap};
+            if (accept(found)) return found;
         }
     }
-    const WindingEstimate exact = at(p);
-    const double above = exact.value - 0.5;
-    if (!(std::abs(above) > exact.error)) return 0;
-    return above > 0 ? 1 : -1;
+    return at(p);
+}
+
+int MeshWinding::above_half(const Vec3& p) const {
+    if (filling_.empty()) return of_mesh_.crossings(p) >= 1 ? 1 : -1;
+    const auto decides = [](const WindingEstimate& w) { return std::abs(w.value - 0.5) > w.error; };
+    const WindingEstimate w = estimate(p, decides);
+    if (!decides(w)) return 0;
+    return w.value > 0.5 ? 1 : -1;
 }
 
 std::int64_t MeshWinding::rounded(const Vec3& p) const {
     if (filling_.empty()) return of_mesh_.crossings(p);
-    if (filling_.edges() > few_edges) {
-        const int whole = crossings(p);
-        for (const double tolerance : tolerances) {
-            const WindingEstimate estimate = filling_.winding(p, tolerance);
-            const double value = double(whole) - estimate.value;
-            if (std::abs(value - std::round(value)) + estimate.error + gap < 0.5) return std::llround(value);
-        }
-    }
-    return std::llround(at(p).value);
+    const auto decides = [](const WindingEstimate& w) {
+        return std::abs(w.value - std::round(w.value)) + w.error < 0.5;
+    };
+    return std::llround(estimate(p, decides).value);
 }
 
 std::uint64_t MeshWinding::memory_bytes() const {

@@ -42,6 +42,9 @@ public:
 
 private:
     bool far(const Vec3& p) const;
+    /// The first of some ever better values that accept(value) takes, or else at(p).
+    template <class Accept>
+    WindingEstimate estimate(const Vec3& p, Accept&& accept) const;
 
     std::uint64_t triangles_;
     Filling filling_;

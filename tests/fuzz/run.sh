@@ -14,7 +14,7 @@ fi
 
 # The folder and options of scripts/sanitize.sh, for one library.
 build=build-asan jobs=${JOBS:-$(nproc)}
-cmake -S . -B $build -G Ninja -DCMAKE_CXX_COMPILER="${CXX:-clang++}" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 \
+cmake -S . -B $build -G Ninja -DCMAKE_CXX_COMPILER="${CXX:-clang++}" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O2 \
     -DITS_WERROR=ON -DITS_TESTS=ON -DITS_EXAMPLES=OFF -DITS_SANITIZE=address,undefined -DITS_FUZZ=ON \
     --log-level=NOTICE >/dev/null
 cmake --build $build -j "$jobs" --target "${targets[@]}" | tail -n 1

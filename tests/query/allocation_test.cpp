@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <new>
+#include <random>
+#include <vector>
 
 #include "its/query.h"
 #include "query/oracle.h"
@@ -59,6 +61,24 @@ TEST(Query, SingleCallsTakeNoMemory) {
     const Query copy = query;  // NOLINT(performance-unnecessary-copy-initialization): copies share
     EXPECT_EQ(copy.classify({0, 0, 0}), Side::outside);
     EXPECT_EQ(allocations - before, 0);
+}
+
+TEST(Query, SingleCallsOnOpenMeshesTakeNoMemory) {
+#ifdef ITS_SANITIZED
+    GTEST_SKIP() << "allocations are the sanitizer's";
+#endif
+    Mesh mesh = zoo::torus(1.0, 0.35, 48, 20);
+    mesh.triangles.erase(mesh.triangles.begin() + 100, mesh.triangles.begin() + 160);
+    const Query query(build(mesh, {.depth = 5, .sign = SignRule::generalized}));
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> any(-1.5, 1.5);
+    std::vector<Vec3> points = mesh.vertices;
+    for (int i = 0; i < 3000; ++i) points.push_back({any(random), any(random), any(random)});
+    const long before = allocations;
+    double sum = 0;
+    for (const Vec3& p : points)
+        sum += double(query.classify(p)) + double(query.contains(p, true)) + query.winding_number(p).error;
+    EXPECT_EQ(allocations - before, 0) << sum;
 }
 
 }  // namespace

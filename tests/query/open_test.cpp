@@ -457,5 +457,31 @@ TEST(WindingNumber, IsWholeAndExactOnClosedMeshes) {
     }
 }
 
+/// The index that other rules lack is made by whichever call comes first.
+TEST(WindingNumber, DoesNotDependOnTheRule) {
+    for (const NamedMesh& entry : open_meshes()) {
+        SCOPED_TRACE(entry.name);
+        const Query query(build(entry.mesh, {.depth = 3, .sign = SignRule::generalized}));
+        const Query other(build(entry.mesh, {.depth = 3, .sign = SignRule::unsigned_rule}));
+        const std::uint64_t bytes = other.memory_bytes();
+        const std::vector<Vec3> points = uniform_points(query.shell().mesh(), 5000, 41, 2);
+        std::vector<WindingNumber> one(points.size()), two(points.size());
+        query.winding_number(points, one);
+        other.winding_number(points, two, {.threads = 4});
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            ASSERT_EQ(std::isnan(one[i].value), std::isnan(two[i].value));
+            if (!std::isnan(one[i].value)) {
+                ASSERT_LE(std::abs(one[i].value - two[i].value), one[i].error + two[i].error);
+            }
+        }
+        EXPECT_GT(other.memory_bytes(), bytes);
+    }
+    const Mesh mesh = zoo::torus(1.0, 0.35, 24, 12);
+    const Query query(build(mesh, {.depth = 3, .sign = SignRule::even_odd}));
+    EXPECT_EQ(query.winding_number({1, 0.01, 0.02}).value, 1);
+    EXPECT_EQ(query.winding_number({1, 0.01, 0.02}).error, 0);
+    EXPECT_EQ(query.winding_number({0, 0.01, 0.02}).value, 0);
+}
+
 }  // namespace
 }  // namespace its
