@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Everything that must hold before a change is merged: build without warnings, tests, format, the Python package,
 # Valgrind, clang-tidy, sanitizers, fuzzing, another architecture. ITS_TEST_MESHES names a folder of further meshes.
-#   scripts/test.sh [--quick]      --quick: build, tests, format and Valgrind only
+#   scripts/test.sh [--quick]      --quick: build, tests but those named Slow, format, the Python package, Valgrind
 # Steps that lack what they need are skipped, and the summary says so; with ITS_NO_SKIP=1 they count as failed.
 # Exit 0 when all passed, 1 otherwise, 2 when packages are missing. Goes on after a failure, except of the build, and
 # ends with the time of each step, by the clock and of all processors.
@@ -41,9 +41,9 @@ configure_and_build() {
     cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DITS_WERROR=ON -DITS_TESTS=ON --log-level=NOTICE &&
         cmake --build build -j "$jobs"
 }
-run_tests() {
+run_tests() {  # run_tests OPTION OF CTEST...
     mkdir -p build/Testing
-    ctest --test-dir build -j "$jobs" --output-on-failure --no-tests=error | tee build/Testing/release.log
+    ctest --test-dir build -j "$jobs" --output-on-failure --no-tests=error "$@" | tee build/Testing/release.log
 }
 check_format() { git ls-files -z -- '*.h' '*.cpp' | xargs -0 clang-format --dry-run -Werror; }
 
@@ -51,7 +51,7 @@ echo "ITS_TEST_MESHES=${ITS_TEST_MESHES:-(not set: generated meshes only)}"
 rm -f build/Testing/release.log
 step build configure_and_build
 ((${#failed[@]} == 0)) || finish
-step tests run_tests
+if [[ ${1:-} == --quick ]]; then step tests run_tests -E '[./]Slow'; else step tests run_tests; fi
 step format check_format
 step python scripts/test-python.sh
 step valgrind env ITS_PROGRAM=build/its scripts/valgrind.sh
