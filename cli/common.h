@@ -27,13 +27,16 @@ using Action = std::function<int()>;
 Action add_build(CLI::App& app);
 Action add_check(CLI::App& app);
 Action add_info(CLI::App& app);
+Action add_offset(CLI::App& app);
 Action add_query(CLI::App& app);
 Action add_render(CLI::App& app);
 Action add_simplify(CLI::App& app);
 Action add_slice(CLI::App& app);
 Action add_surface(CLI::App& app);
 Action add_verify(CLI::App& app);
+Action add_verify_cage(CLI::App& app);
 Action add_view(CLI::App& app);
+Action add_wrap(CLI::App& app);
 
 class ProgressBar;
 

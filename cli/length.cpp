@@ -10,18 +10,21 @@
 namespace its::cli {
 
 CLI::Option* LengthOption::declare(CLI::App& app, const std::string& option, const std::string& description,
-                                   bool positive) {
-    const auto parse = [this, option, positive](const std::string& text) {
+                                   Range range) {
+    const auto parse = [this, option, range](const std::string& text) {
         std::string_view number = text;
         percent_ = number.ends_with('%');
         if (percent_) number.remove_suffix(1);
         const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), value_);
         if (error != std::errc{} || stop != number.data() + number.size() || !std::isfinite(value_) ||
-            value_ < 0 || (positive && value_ == 0))
+            (range != Range::any && value_ < 0) || (range == Range::positive && value_ == 0))
             throw CLI::ValidationError(option,
                                        fmt::format("'{}' is no length: a number, in mesh units or with % "
-                                                   "of the longest side, {} 0",
-                                                   text, positive ? "larger than" : "at least"));
+                                                   "of the longest side{}",
+                                                   text,
+                                                   range == Range::any        ? ""
+                                                   : range == Range::positive ? ", larger than 0"
+                                                                              : ", at least 0"));
     };
     return app.add_option_function<std::string>(option, parse, description)->type_name("LENGTH");
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "common.h"
@@ -11,10 +12,18 @@ namespace its::cli {
 /// An option whose value is a length: in mesh units, or with % of the longest side.
 class LengthOption {
 public:
-    /// \param positive  0 is refused; else it is as if the option were not given
+    enum class Range : std::uint8_t {
+        not_negative,  ///< 0 is as if the option were not given
+        positive,
+        any,  ///< negative ones, too
+    };
     CLI::Option* declare(CLI::App& app, const std::string& option, const std::string& description,
-                         bool positive = false);
-    bool given() const { return value_ > 0; }
+                         Range range = Range::not_negative);
+    CLI::Option* declare(CLI::App& app, const std::string& option, const std::string& description,
+                         bool positive) {
+        return declare(app, option, description, positive ? Range::positive : Range::not_negative);
+    }
+    bool given() const { return value_ != 0; }
     /// In mesh units; percentages are of the longest side of this mesh.
     double length(const Mesh& mesh) const;
 

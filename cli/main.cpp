@@ -55,6 +55,8 @@ constexpr Command commands[] = {
     {"simplify", "Simplify a mesh, with a proven bound on the error", add_simplify},
     {"slice", "Draw a shell's function on a plane", add_slice},
     {"surface", "Write the surfaces that wrap the mesh inside and outside, or any level set", add_surface},
+    {"wrap", "Wrap a mesh in a surface at a proven distance, outside or inside", add_wrap},
+    {"offset", "Move the surface of a mesh outwards or inwards by a proven distance", add_offset},
     {"view", "Write a page that shows a shell in a browser", add_view},
 };
 

@@ -41,22 +41,6 @@ bool is_own_lattice(const shell::ShellData& shell, int resolution) {
     return resolution == 0 || std::uint32_t(resolution) == shell.lattice.scale_cells();
 }
 
-/// Coordinates about an origin are relative to the root cube's centre where it is far away for its size.
-Rounding make_rounding(const octree::Lattice& lattice, Coordinates coordinates) {
-    constexpr double far = 8;  // in scales
-    if (coordinates == Coordinates::doubles) return {};
-    if (coordinates == Coordinates::single || lattice.reach() * lattice.width <= far * lattice.scale())
-        return {Rounding::Kind::single, {}, 0};
-    const std::int64_t middle = lattice.cells() / 2;
-    const Rounding rounding =
-        Rounding::about(lattice.position({middle, middle, middle}), double(middle) * lattice.width);
-    if (!rounding.has_room(lattice.reach() * lattice.width))
-        throw OptionError(
-            "the mesh is too far from the origin, or too small, for 32-bit numbers about a centre; use "
-            "doubles");
-    return rounding;
-}
-
 /// At the peak, for each cell that the surface runs through. On the shell's own lattice: 1.2 cells collected
 /// for a range of levels (80 bytes), each with its crossing, first vertex and place in an index (24); a vertex
 /// and two triangles, twice while they are joined (24 + 2·2·12).

@@ -10,22 +10,23 @@
 namespace its::surface {
 
 LevelSource::LevelSource(const octree::Lattice& lattice, double step, std::uint32_t cells,
-                         const Rounding& rounding)
-    : grid_{.origin = lattice.position({0, 0, 0}), .step = step, .cells = cells, .rounding = rounding} {
-    const double largest = lattice.reach() * lattice.width, ulp = 2 * unit_roundoff * largest / step;
-    grid_.clearance = std::max(least_clearance, clearance_in_ulps * ulp);
-    if (grid_.clearance > most_clearance)
+                         const Rounding& rounding) {
+    const std::optional<Grid> grid = make_grid(lattice, step, cells, rounding);
+    if (grid) {
+        grid_ = *grid;
+        return;
+    }
+    const double unit = rounding.unit(lattice.reach() * lattice.width);
+    if (unit <= most_unit * step)
         throw OptionError(
             "the mesh is too far from the origin for surfaces with cells this small; move it nearer, or lower "
             "the "
             "depth or resolution");
-    grid_.unit = rounding.unit(largest) / step;
-    if (!(grid_.unit <= most_unit))
-        throw OptionError(fmt::format(
-            "32-bit numbers are {:.3g} apart at this distance from the origin, too far for a surface "
-            "with cells of {:.3g}; write .ply, .obj or .off, which keep doubles, move the mesh "
-            "nearer, or lower the depth or resolution",
-            grid_.unit * step, step));
+    throw OptionError(
+        fmt::format("32-bit numbers are {:.3g} apart at this distance from the origin, too far for a surface "
+                    "with cells of {:.3g}; write .ply, .obj or .off, which keep doubles, move the mesh "
+                    "nearer, or lower the depth or resolution",
+                    unit, step));
 }
 
 namespace {

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "base/single.h"
 #include "its/base.h"
+#include "its/mesh.h"
 #include "octree/lattice.h"
 
 /// Where lattice cells and the vertices on their edges are, in mesh units.
@@ -48,6 +50,16 @@ inline constexpr double least_clearance = 0x1p-10, clearance_in_ulps = 512, most
 /// Of 32-bit numbers a cell must be four units wide: its ends are at least three apart, and between them there
 /// are at least two.
 inline constexpr double most_unit = 0.25;
+
+/// Nothing where doubles, or the numbers that are asked for, cannot tell the lattice's positions apart.
+/// \param step  cell width in mesh units
+/// \param cells per side of the root
+std::optional<Grid> make_grid(const octree::Lattice& lattice, double step, std::uint32_t cells,
+                              const Rounding& rounding);
+
+/// Coordinates about an origin are relative to the root cube's centre where it is far away for its size.
+/// \throws OptionError if there are no such numbers
+Rounding make_rounding(const octree::Lattice& lattice, Coordinates coordinates);
 
 /// Where on an edge the level is, from the values at its ends minus the level, which differ in sign.
 inline double crossing_fraction(double from, double to, double clearance) {

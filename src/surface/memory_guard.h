@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "its/base.h"
 #include "its/memory.h"
@@ -16,14 +17,14 @@ namespace its::surface {
 class MemoryGuard {
 public:
     /// \param limit  bytes, or 0 for three quarters of what is free
-    explicit MemoryGuard(std::uint64_t limit) : limit_(memory_limit(limit)) {}
+    explicit MemoryGuard(std::uint64_t limit, std::string advice = "choose a smaller resolution")
+        : limit_(memory_limit(limit)), advice_(std::move(advice)) {}
 
     /// Counts bytes that are about to be taken, from any thread. \throws MemoryError
     void take(std::uint64_t bytes) {
         if (used_.fetch_add(bytes, std::memory_order_relaxed) + bytes > limit_)
-            throw MemoryError(
-                fmt::format("the surface needs more than the {} of memory allowed; choose a smaller resolution",
-                            bytes_text(limit_)));
+            throw MemoryError(fmt::format("the surface needs more than the {} of memory allowed; {}",
+                                          bytes_text(limit_), advice_));
     }
     void give_back(std::uint64_t bytes) { used_.fetch_sub(bytes, std::memory_order_relaxed); }
 
@@ -41,6 +42,7 @@ public:
 
 private:
     std::uint64_t limit_;
+    std::string advice_;
     std::atomic<std::uint64_t> used_ = 0;
 };
 

@@ -28,6 +28,7 @@ const std::vector<std::vector<std::string>> layers = {
     {"adaptive"},
     {"shell"},
     {"query", "surface", "simplify", "verify", "shell_file"},
+    {"wrap"},
     {"display"},
     {"picture", "page", "vdb"},
 };
