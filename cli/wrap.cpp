@@ -43,6 +43,15 @@ fs::path with_side(const fs::path& output, WrapSide side) {
     return path;
 }
 
+/// Refuses an extension that cannot be written before any long work.
+void check_extension(const fs::path& output) {
+    const std::string extension = CLI::detail::to_lower(output.extension().string());
+    for (const char* known : {".obj", ".ply", ".stl", ".off", ".glb"})
+        if (extension == known) return;
+    throw OptionError(fmt::format("cannot write '{}': the extension must be .obj, .ply, .stl, .off or .glb",
+                                  output.string()));
+}
+
 /// One file for each side, all or none, or one for both of a .glb.
 void write_wraps(const Options& options, std::span<Written> wraps) {
     const fs::path output = options.output;
@@ -152,6 +161,7 @@ WrapOptions wrap_options(const Options& options, const Mesh& mesh) {
 
 int run(const Options& options) {
     check_output(options.output, options.mesh);
+    check_extension(options.output);
     options.up.check(options.output);
     const Stopwatch reading;
     MeshFile file = read_mesh_with_warnings(options.mesh, options.common);

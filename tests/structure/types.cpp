@@ -141,8 +141,10 @@ private:
 
 /// The namespace of a module's private code. Modules whose name is that of a public function have another.
 std::string namespace_of(const std::string& module) {
-    static const std::map<std::string, std::string> others = {
-        {"inspect", "its::inspector"}, {"simplify", "its::simplifier"}, {"verify", "its::verifier"}};
+    static const std::map<std::string, std::string> others = {{"inspect", "its::inspector"},
+                                                              {"simplify", "its::simplifier"},
+                                                              {"verify", "its::verifier"},
+                                                              {"wrap", "its::wrapper"}};
     const auto found = others.find(module);
     return found == others.end() ? fmt::format("its::{}", module) : found->second;
 }
