@@ -167,9 +167,9 @@ ThinShell build(const MeshView& mesh, const BuildOptions& options = {}, MeshRepo
 ///         besides, as build()
 std::array<std::uint64_t, 2> input_hash(const MeshView& mesh, const BuildOptions& options = {});
 
-/// Bytes that build() would take at its peak for this mesh and depth: an estimate from the mesh's area that
-/// is checked again, exactly, once the finest cells are counted. Reports no progress.
-/// \throws as build()
+/// Bytes that build() would take at its peak for this mesh and depth, with the sign rule that it would choose:
+/// an estimate from cells of twice the width, which are counted, or larger ones where that would take long.
+/// build() checks again, exactly, once the finest cells are counted. Reports no progress. \throws as build()
 std::uint64_t estimate_memory(const MeshView& mesh, int depth, const Run& run = {});
 
 }  // namespace its

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "base/parallel.h"
@@ -13,6 +14,7 @@
 #include "its/shell.h"
 #include "mesh/arrays.h"
 #include "octree/lattice.h"
+#include "octree/voxelise.h"
 
 namespace its::shell {
 
@@ -25,6 +27,8 @@ constexpr std::uint64_t bytes_per_group = 27 * 8 + 8 + 1 + 2 + 1, nearest_per_gr
 // Of cells: offset, code; bounds twice, winding; and a quarter of two of these one level above
 constexpr std::uint64_t voxel_bytes_per_cell = 2 * 8, bytes_per_cell = 2 * 8 + 2 * 8 + 2 * 4 + 4;
 constexpr std::uint64_t bytes_per_pair = 4 + 2;  // the list, and a third of it one level above
+// Of cells along holes: cubes and points that the signs keep, and what is left over from their lists; measured
+constexpr std::uint64_t bytes_per_flip = 96;
 // Of triangles: the shell's copy, positions and order; blocks and discs; corners
 constexpr std::uint64_t bytes_per_triangle = 100, search_bytes_per_triangle = 200,
                         tree_bytes_per_triangle = 270;
@@ -38,7 +42,8 @@ constexpr double least_share = 0.5;
 }  // namespace
 
 std::uint64_t build_bytes(const BuildSize& size) {
-    const std::uint64_t lists = voxel_bytes_per_cell * size.surface_cells + bytes_per_pair * size.pairs,
+    const std::uint64_t lists = voxel_bytes_per_cell * size.surface_cells + bytes_per_pair * size.pairs +
+                                bytes_per_flip * size.flips,
                         groups = bytes_per_group * size.groups;
     const std::uint64_t tree = lists + tree_bytes_per_triangle * size.triangles;
     const std::uint64_t distances =
@@ -195,14 +200,59 @@ BuildSize estimate_size(const mesh::Arrays& mesh, int depth) {
     return estimate_size(measure(mesh), depth);
 }
 
+namespace {
+
+/// Pairs of a level that are counted, at least; of meshes of more triangles twice as many as these.
+constexpr std::uint64_t counted_pairs = 4'000'000;
+
+/// From a count to the level below, of numbers that are expected to grow from `from` to `to`.
+double grown(double count, double before, double from, double to) {
+    const double growth = to / from;
+    return count * (before > 1 ? std::min(growth, std::max(1.0, count / before)) : growth);
+}
+
+}  // namespace
+
+BuildSize count_size(const MeshMeasure& mesh, const octree::Lattice& lattice, std::span<const Vec3> positions,
+                     std::span<const Triangle> triangles) {
+    octree::Voxels voxels{.cell = {0}, .offset = {0, triangles.size()}, .triangle = {}};
+    voxels.triangle.resize(triangles.size());
+    std::iota(voxels.triangle.begin(), voxels.triangle.end(), std::uint32_t{0});
+    const std::uint64_t most = std::max(counted_pairs, 2 * triangles.size());
+    double groups = 0, before = 1, pairs_before = double(triangles.size());
+    int level = lattice.depth + 1;
+    for (; level > 1 && voxels.triangle.size() <= most; --level) {
+        before = double(voxels.cell.size());
+        pairs_before = double(voxels.triangle.size());
+        groups += before;  // each is the parent of a group
+        voxels = octree::halve(voxels, positions, triangles, level - 1, lattice.depth, lattice.dilation());
+    }
+    double cells = double(voxels.cell.size()), pairs = double(voxels.triangle.size());
+    for (; level > 0; --level) {
+        groups += cells;
+        const int depth = lattice.resolution_depth() - level;
+        if (depth < 0) continue;  // wider than M
+        const double last = cells, last_pairs = pairs;
+        cells = grown(cells, before, expected_cells(mesh, depth), expected_cells(mesh, depth + 1));
+        pairs = grown(pairs, pairs_before, expected_pairs(mesh, depth), expected_pairs(mesh, depth + 1));
+        before = last;
+        pairs_before = last_pairs;
+    }
+    const auto whole = [](double x) { return std::uint64_t(std::min(x, 1e15)); };
+    return {mesh.triangles, whole(groups), whole(cells), whole(std::max(pairs, cells))};
+}
+
 MemoryBudget::MemoryBudget(const mesh::Arrays& mesh, int depth, std::uint64_t options_limit)
     : mesh_(measure(mesh)), depth_(depth), limit_(memory_limit(options_limit)) {}
 
-void MemoryBudget::check(const BuildSize& size) const {
-    const std::uint64_t bytes = build_bytes(size);
-    if (bytes <= limit_) return;
+void MemoryBudget::check(const BuildSize& least, const BuildSize& expected) const {
+    if (build_bytes(least) <= limit_) return;
+    const std::uint64_t bytes = build_bytes(expected);
+    // By how much less is expected of it than of this depth.
+    const double here = double(build_bytes(estimate_size(mesh_, depth_)));
     int fits = depth_ - 1;
-    while (fits >= 0 && build_bytes(estimate_size(mesh_, fits)) > limit_) --fits;
+    while (fits >= 0 && double(bytes) * double(build_bytes(estimate_size(mesh_, fits))) > here * double(limit_))
+        --fits;
     const std::string advice = fits >= 0 ? fmt::format("the largest depth that fits is {}", fits)
                                          : std::string("no depth fits: simplify the mesh or raise the limit");
     throw MemoryError(fmt::format("depth {} needs about {} of memory, more than the {} allowed; {}", depth_,
@@ -214,13 +264,16 @@ void MemoryBudget::check_level(int level, std::uint64_t cells, std::uint64_t pai
     // Expected of cells and pairs from level + 1 to level 0: 4 a level for a surface, 2 for a curve, 1 for
     // points.
     const BuildSize here = estimate_size(mesh_, depth_ - level - 1), below = estimate_size(mesh_, depth_);
-    const auto grown = [](std::uint64_t found, std::uint64_t from, std::uint64_t to) {
-        const double growth =
-            std::max(1.0, least_share * double(to) / double(std::max<std::uint64_t>(from, 1)));
-        return std::uint64_t(std::min(double(found) * growth, 1e15));
+    const auto size = [&](double share, double groups_per_cell) {
+        const auto grown = [&](std::uint64_t found, std::uint64_t from, std::uint64_t to) {
+            const double growth = std::max(1.0, share * double(to) / double(std::max<std::uint64_t>(from, 1)));
+            return std::uint64_t(std::min(double(found) * growth, 1e15));
+        };
+        const std::uint64_t finest = grown(cells, here.surface_cells, below.surface_cells);
+        return BuildSize{mesh_.triangles, std::uint64_t(groups_per_cell * double(finest)), finest,
+                         std::max(grown(pairs, here.pairs, below.pairs), finest)};
     };
-    const std::uint64_t finest = grown(cells, here.surface_cells, below.surface_cells);
-    check({mesh_.triangles, finest / 8, finest, std::max(grown(pairs, here.pairs, below.pairs), finest)});
+    check(size(least_share, 1.0 / 8), size(1, 1.0 / 3));  // a quarter of the cells, and so on up
 }
 
 }  // namespace its::shell

@@ -189,8 +189,6 @@ public:
             require_memory(build_bytes({.triangles = mesh.triangles.size()}), options.max_memory,
                            fmt::format("the shell of {} triangles, without any cell,", mesh.triangles.size()),
                            "simplify the mesh, or raise the limit");
-        else
-            budget_.check_expected();
         shell_.lattice =
             adaptive() ? octree::make_nested_lattice(inspection_.report.bounds, depth_, least_adaptive_depth)
                        : octree::make_lattice(inspection_.report.bounds, depth_);
@@ -236,16 +234,18 @@ public:
                                    });
         seconds_.octree = octree_time.seconds();
 
+        const std::size_t met = voxels_.cell.size();
         const Stopwatch sign_time;
         signs_.emplace(sign_, oriented_, shell_.lattice, voxels_, parts_.until(shares_.signs),
                        std::exchange(inspection_.filling, {}));
         seconds_.signs = sign_time.seconds();
 
+        const std::size_t flips = voxels_.cell.size() - met;
         const Stopwatch tree_time;
         shell_.octree = octree::make_octree(shell_.lattice.depth, voxels_.cell);
         std::vector<std::uint64_t>().swap(voxels_.cell);
         budget_.check({mesh_.triangles.size(), groups_of(shell_.octree), shell_.octree.surface_cells(),
-                       voxels_.triangle.size()});
+                       voxels_.triangle.size(), flips});
         seconds_.octree += tree_time.seconds();
     }
 
@@ -426,6 +426,22 @@ private:
     std::vector<std::uint64_t> coarse_;  ///< surface cells in which f on M is larger than asked for
 };
 
+/// Where inside and outside meet in a hole there are cells, too: as many as at a smaller depth, for their size.
+void add_flip_cells(const mesh::Native& mesh, inspector::Inspection& inspection, int depth, BuildSize& size) {
+    const int looked_at = std::min(depth, 6);
+    const octree::Lattice lattice = octree::make_lattice(inspection.report.bounds, looked_at);
+    const Mesh oriented = inspector::turned(mesh::copy_of(mesh), inspection.turn);
+    octree::Voxels voxels = octree::voxelise(lattice_positions(mesh, lattice), oriented.triangles,
+                                             lattice.depth, lattice.dilation(), {});
+    const std::size_t before = voxels.cell.size();
+    const signs::Signs signs(SignRule::generalized, oriented, lattice, voxels, {},
+                             std::exchange(inspection.filling, {}));
+    const double more = std::ldexp(double(voxels.cell.size() - before), 2 * (depth - looked_at));
+    size.surface_cells += std::uint64_t(more);
+    size.flips += std::uint64_t(more);
+    size.groups += std::uint64_t(more / 3);  // a quarter of their number, and so on up
+}
+
 constexpr Named<Extrema> extremas[] = {{Extrema::certified, "certified"}, {Extrema::candidates, "candidates"}};
 constexpr Named<Solver> solvers[] = {{Solver::direct, "direct"}, {Solver::lscg, "lscg"}};
 
@@ -474,8 +490,12 @@ std::uint64_t estimate_memory(const MeshView& mesh, int depth, const Run& run) {
     return with_threads(run.threads, [&] {
         const mesh::Native native(mesh);
         mesh::require_usable(native);
-        (void)octree::make_lattice(octree::bounds(native), depth);  // throws where build() would
-        return build_bytes(estimate_size(native, depth));
+        inspector::Inspection inspection = inspector::examine(native);
+        const octree::Lattice lattice = octree::make_lattice(inspection.report.bounds, depth);
+        const std::vector<Vec3> positions = lattice_positions(native, lattice);
+        BuildSize size = count_size(measure(native), lattice, positions, mesh::Arrays(native).triangles);
+        if (inspection.report.sign == SignRule::generalized) add_flip_cells(native, inspection, depth, size);
+        return program_pages + build_bytes(size);
     });
 }
 

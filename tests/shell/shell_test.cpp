@@ -261,9 +261,10 @@ TEST(Build, TheEstimateCoversWhatTheShellTakes) {
             const std::uint64_t exact = shell::build_bytes({entry.mesh.triangles.size(), shell.info().cells / 8,
                                                             shell.info().surface_cells, pairs_of(shell)});
             EXPECT_GE(exact, shell.info().memory_bytes) << entry.name << ' ' << depth;
-            const double ratio = double(estimate_memory(entry.mesh, depth)) / double(exact);
-            EXPECT_GT(ratio, 0.4) << entry.name << ' ' << depth;
-            EXPECT_LT(ratio, 4) << entry.name << ' ' << depth;
+            const double ratio =
+                double(estimate_memory(entry.mesh, depth) - shell::program_pages) / double(exact);
+            EXPECT_GT(ratio, 0.6) << entry.name << ' ' << depth;
+            EXPECT_LT(ratio, 1.7) << entry.name << ' ' << depth;
         }
 }
 
