@@ -57,6 +57,8 @@ constexpr Command commands[] = {
     {"surface", "Write the surfaces that wrap the mesh inside and outside, or any level set", add_surface},
     {"wrap", "Wrap a mesh in a surface at a proven distance, outside or inside", add_wrap},
     {"offset", "Move the surface of a mesh outwards or inwards by a proven distance", add_offset},
+    {"verify-cage", "Check that a surface encloses a mesh, whoever made it, and how far away it is",
+     add_verify_cage},
     {"view", "Write a page that shows a shell in a browser", add_view},
 };
 

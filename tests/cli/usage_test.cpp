@@ -17,8 +17,9 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-const std::vector<std::string> commands = {"build", "info",    "check",  "verify", "query", "simplify",
-                                           "slice", "surface", "render", "view",   "wrap",  "offset"};
+const std::vector<std::string> commands = {"build",    "info",   "check",      "verify", "query",
+                                           "simplify", "slice",  "surface",    "render", "view",
+                                           "wrap",     "offset", "verify-cage"};
 
 /// Those that this program was built with.
 std::vector<std::string> present_commands() {

@@ -88,5 +88,37 @@ TEST_F(WrapCommand, RefusesInOneLine) {
     expect_refused({"wrap", ball, "-o", out, "--slack", "0.01%", "--max-memory", "60M"}, "memory");
 }
 
+TEST_F(WrapCommand, VerifyCageTellsWhetherItHolds) {
+    const std::string wrap = shop.path("wrap.stl"), within = shop.path("within.stl");
+    ASSERT_EQ(run({"wrap", ball, "-o", wrap, "--clearance", "0.2", "--slack", "0.1", "-q"}).status, 0);
+    ASSERT_EQ(run({"offset", ball, "-o", within, "--distance", "-0.2", "--slack", "0.1", "-q"}).status, 0);
+    const std::vector<std::string> lengths = {"--clearance", "0.2", "--distance", "0.3", "--json"};
+    const auto verify = [&](std::vector<std::string> arguments, const std::vector<std::string>& more) {
+        arguments.insert(arguments.begin(), "verify-cage");
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments);
+    };
+    const Result outer = verify({wrap, ball}, lengths);
+    EXPECT_EQ(outer.status, 0) << outer.error;
+    const json report = json::parse(outer.out);
+    EXPECT_EQ(report["passed"], true);
+    EXPECT_GE(report["distance_lower"], 0.2);
+    EXPECT_LE(report["distance_upper"], 0.3);
+    EXPECT_EQ(report["components"]["cage"], 1);
+    EXPECT_EQ(verify({within, ball, "--side", "inner"}, lengths).status, 0);
+
+    const Result far = verify({wrap, ball, "--clearance", "0.3", "-q"}, {});
+    EXPECT_EQ(far.status, 1);
+    EXPECT_EQ(far.out, "");
+    EXPECT_THAT(far.error, HasSubstr("its: failed: clearance"));
+    const Result inside = verify({wrap, ball, "--side", "inner"}, {});
+    EXPECT_EQ(inside.status, 1);
+    EXPECT_THAT(inside.out, HasSubstr("FAIL enclosed"));
+    EXPECT_EQ(verify({ball, ball}, {}).status, 1);
+    expect_refused({"verify-cage", wrap, ball, "--clearance", "2", "--distance", "1"},
+                   "larger than the distance");
+    expect_refused({"verify-cage", wrap, shop.path("none.obj")}, "none.obj");
+}
+
 }  // namespace
 }  // namespace its::cli_test

@@ -107,12 +107,13 @@ std::string first_folder(const std::string& name) {
 }
 
 /// Public headers belong to the module of their name; export.h, version.h, memory.h and stopwatch.h to the
-/// lowest, those of files to formats, weld.h to inspect.
+/// lowest, those of files to formats, weld.h to inspect, verify_cage.h to verify.
 std::string module_of_include(const std::string& name) {
     if (first_folder(name) != "its") return first_folder(name);
     const std::string stem = fs::path(name).stem().string();
     return stem == "export" || stem == "version" || stem == "memory" || stem == "stopwatch" ? "base"
            : stem == "mesh_file" || stem == "points"                                        ? "formats"
+           : stem == "verify_cage"                                                          ? "verify"
            : stem == "weld"                                                                 ? "inspect"
                                                                                             : stem;
 }
@@ -182,6 +183,9 @@ const std::vector<std::string> allowed_symbols = {"DoubleDouble",
                                                   "sum_of_products",
                                                   "verifier",
                                                   "verify",
+                                                  "verify_cage",
+                                                  "VerifyCageOptions",
+                                                  "VerifyCageReport",
                                                   "detail",
                                                   "Stage",
                                                   "Array",
@@ -198,6 +202,7 @@ const std::vector<std::string> allowed_symbols = {"DoubleDouble",
                                                   "MemoryError",
                                                   "Cancelled",
                                                   "Vec3",
+                                                  "Box",
                                                   "dot",
                                                   "cross",
                                                   "norm",
