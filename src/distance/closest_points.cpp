@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/platform/compiler.h"
 #include "distance/closest_point.h"
 #include "distance/curve_order.h"
 #include "distance/group_search.h"
@@ -81,16 +82,29 @@ struct ClosestPoints::Data {
         stage.advance(rest);
         const std::vector<std::uint32_t> order = curve_order(near);
         for_chunks(near.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
-            std::array<Vec3, grain> at;
-            std::array<Nearest, grain> nearest;
-            for (std::uint64_t i = begin; i < end; ++i) at[i - begin] = near[order[i]];
-            groups.find(std::span(at).first(end - begin), nearest);
-            for (std::uint64_t i = begin; i < end; ++i) {
-                const std::uint32_t k = number[order[i]];
-                results[k] = complete(points[k], {at[i - begin]}, nearest[i - begin]);
+            constexpr std::uint64_t group = GroupSearch::group;
+            std::array<Vec3, group> at;
+            std::array<Nearest, group> nearest;
+            for (std::uint64_t first = begin; first < end; first += group) {
+                const std::uint64_t count = std::min(group, end - first);
+                for (std::uint64_t i = 0; i < count; ++i) {
+                    at[i] = near[order[first + i]];
+                    prefetch(results[number[order[first + i]]]);
+                }
+                groups.find(std::span(at).first(count), nearest);
+                for (std::uint64_t i = 0; i < count; ++i) {
+                    const std::uint32_t k = number[order[first + i]];
+                    results[k] = complete(points[k], {at[i]}, nearest[i]);
+                }
             }
             stage.advance(end - begin);
         });
+    }
+
+    /// What will be written soon, out of order.
+    static void prefetch(ClosestPoint& result) {
+        ITS_PREFETCH_TO_WRITE(&result);
+        ITS_PREFETCH_TO_WRITE(reinterpret_cast<std::byte*>(&result) + sizeof result - 1);
     }
 
     static ClosestPoint nowhere() {

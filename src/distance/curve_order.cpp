@@ -24,16 +24,17 @@ struct Cells {
 /// From coordinates to the curve (J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707, 2004):
 /// level by level, from the largest, exchanges or reflects axes; the Gray code at the end.
 ITS_CLONES void follow_curve(Cells& c) {
-    for (std::uint32_t bit = 1U << (bits - 1); bit > 1; bit >>= 1) {
-        const std::uint32_t below = bit - 1;
+    for (int level = bits - 1; level > 0; --level) {
+        const std::uint32_t below = (1U << level) - 1;
+        const auto if_set = [&](std::uint32_t v) { return (0U - (v >> level & 1U)) & below; };
         for (int i = 0; i < block; ++i) {
             std::uint32_t x = c.x[i], y = c.y[i], z = c.z[i];
-            x ^= x & bit ? below : 0;
-            const std::uint32_t xy = y & bit ? 0 : (x ^ y) & below;
-            x ^= y & bit ? below : xy;
+            x ^= if_set(x);
+            const std::uint32_t by_y = if_set(y), xy = (x ^ y) & (below ^ by_y);
+            x ^= by_y ^ xy;
             y ^= xy;
-            const std::uint32_t xz = z & bit ? 0 : (x ^ z) & below;
-            x ^= z & bit ? below : xz;
+            const std::uint32_t by_z = if_set(z), xz = (x ^ z) & (below ^ by_z);
+            x ^= by_z ^ xz;
             z ^= xz;
             c.x[i] = x;
             c.y[i] = y;
@@ -45,8 +46,8 @@ ITS_CLONES void follow_curve(Cells& c) {
         c.y[i] ^= c.x[i];
         c.z[i] ^= c.y[i];
     }
-    for (std::uint32_t bit = 1U << (bits - 1); bit > 1; bit >>= 1)
-        for (int i = 0; i < block; ++i) flip[i] ^= c.z[i] & bit ? bit - 1 : 0;
+    for (int level = bits - 1; level > 0; --level)
+        for (int i = 0; i < block; ++i) flip[i] ^= (0U - (c.z[i] >> level & 1U)) & ((1U << level) - 1);
     for (int i = 0; i < block; ++i) {
         c.x[i] ^= flip[i];
         c.y[i] ^= flip[i];

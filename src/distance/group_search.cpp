@@ -1,6 +1,7 @@
 #include "distance/group_search.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -221,57 +222,64 @@ ITS_INLINE bool collect(const View& view, Target& t, Leaves& leaves) {
     return true;
 }
 
+constexpr std::uint32_t index_bits = capacity - 1;
+
 /// Those of the leaves that the target needs, after a few tries to find a better foot.
 ITS_INLINE int select(const View& view, const Leaves& leaves, Target& t, std::uint32_t* selected) {
-    alignas(64) float key[capacity];
-    for (int i = 0; i < leaves.count; ++i) key[i] = squared_gap_of(leaves, i, t);
+    // Squared distances, rounded down, and numbers: of floats that are not negative the bits have their order.
+    alignas(64) std::uint32_t key[capacity];
+    for (int i = 0; i < leaves.count; ++i)
+        key[i] = (std::bit_cast<std::uint32_t>(squared_gap_of(leaves, i, t)) & ~index_bits) | std::uint32_t(i);
     for (int tries = 0; tries < 3; ++tries) {
-        int nearest = 0;
-        for (int i = 1; i < leaves.count; ++i) nearest = key[i] < key[nearest] ? i : nearest;
-        if (!(key[nearest] < t.squared)) break;
-        improve_foot(view, leaves.leaf[nearest], t);
-        key[nearest] = std::numeric_limits<float>::infinity();
+        std::uint32_t nearest = ~std::uint32_t{0};
+        for (int i = 0; i < leaves.count; ++i) nearest = key[i] < nearest ? key[i] : nearest;
+        if (!(std::bit_cast<float>(nearest & ~index_bits) < t.squared)) break;
+        improve_foot(view, leaves.leaf[nearest & index_bits], t);
+        key[nearest & index_bits] = ~std::uint32_t{0};
     }
-    for (int i = 0; i < leaves.count; ++i) key[i] = excess_of(leaves, i, t);
+    alignas(64) float excess[capacity];
+    for (int i = 0; i < leaves.count; ++i) excess[i] = excess_of(leaves, i, t);
     int count = 0;
     for (int i = 0; i < leaves.count; ++i) {
         selected[count] = leaves.leaf[i];
-        count += int(key[i] <= t.limit);
+        count += int(excess[i] <= t.limit);
     }
     return count;
 }
 
+/// The nearest of some triangles, in each of some lanes. Numbers are doubles, so that all of a lane has one
+/// size and loops over lanes become vector code.
+struct alignas(64) NearestLanes {
+    double squared[arity], triangle[arity], slot[arity];
+
+    ITS_INLINE void take(int lane, double new_squared, double new_triangle, double new_slot) {
+        const bool better =
+            (new_squared < squared[lane]) | ((new_squared == squared[lane]) & (new_triangle < triangle[lane]));
+        squared[lane] = better ? new_squared : squared[lane];
+        triangle[lane] = better ? new_triangle : triangle[lane];
+        slot[lane] = better ? new_slot : slot[lane];
+    }
+};
+
 /// The nearest triangle of some leaves, by the distances of ClosestPointTree::find().
 ITS_INLINE Nearest nearest_of(const View& view, const std::uint32_t* leaves, int count, const Vec3& p) {
-    double best[arity];
-    std::uint32_t best_triangle[arity], best_slot[arity];
+    NearestLanes nearest;
     for (int i = 0; i < arity; ++i) {
-        best[i] = std::numeric_limits<double>::infinity();
-        best_triangle[i] = ~std::uint32_t{0};
-        best_slot[i] = 0;
+        nearest.squared[i] = std::numeric_limits<double>::infinity();
+        nearest.triangle[i] = nearest.slot[i] = 0;
     }
     for (int k = 0; k < count; ++k) {
         const TriangleBlock& block = view.tree.blocks[leaves[k]];
-        const std::uint32_t* source = &view.tree.source[std::size_t{arity} * leaves[k]];
-        double squared[arity];
-        for (int i = 0; i < arity; ++i) squared[i] = squared_distance(block, std::uint64_t(i), p.x, p.y, p.z);
-        for (int i = 0; i < arity; ++i) {
-            const bool better =
-                (squared[i] < best[i]) | ((squared[i] == best[i]) & (source[i] < best_triangle[i]));
-            best[i] = better ? squared[i] : best[i];
-            best_triangle[i] = better ? source[i] : best_triangle[i];
-            best_slot[i] = better ? arity * leaves[k] + std::uint32_t(i) : best_slot[i];
-        }
+        const std::size_t first = std::size_t{arity} * leaves[k];
+        const std::uint32_t* source = &view.tree.source[first];
+        for (int i = 0; i < arity; ++i)
+            nearest.take(i, squared_distance(block, std::uint64_t(i), p.x, p.y, p.z),
+                         double(std::int32_t(source[i])), double(first) + double(i));
     }
-    Nearest nearest{best_triangle[0], best_slot[0], best[0]};
-    for (int i = 1; i < arity; ++i) {
-        const bool better = (best[i] < nearest.squared) |
-                            ((best[i] == nearest.squared) & (best_triangle[i] < nearest.triangle));
-        nearest.squared = better ? best[i] : nearest.squared;
-        nearest.triangle = better ? best_triangle[i] : nearest.triangle;
-        nearest.slot = better ? best_slot[i] : nearest.slot;
-    }
-    return nearest;
+    for (int width = arity / 2; width > 0; width /= 2)
+        for (int i = 0; i < width; ++i)
+            nearest.take(i, nearest.squared[i + width], nearest.triangle[i + width], nearest.slot[i + width]);
+    return {std::uint32_t(nearest.triangle[0]), std::uint32_t(nearest.slot[0]), nearest.squared[0]};
 }
 
 /// Points begin to end of a group, which needs these leaves alone.
@@ -280,8 +288,8 @@ ITS_INLINE void solve(const View& view, const Points& p, int begin, int end, con
     Target t = around(p, begin, end, foot);
     std::uint32_t selected[capacity + 1], kept[capacity], near[capacity + 1];
     const int count = select(view, leaves, t, selected);
-    const SinglePoints q{platform::load_singles(&p.at[0][begin]), platform::load_singles(&p.at[1][begin]),
-                         platform::load_singles(&p.at[2][begin])};
+    const SinglePoints q{platform::load<Singles>(&p.at[0][begin]), platform::load<Singles>(&p.at[1][begin]),
+                         platform::load<Singles>(&p.at[2][begin])};
     const float factor = 1 + 80 * u, slack = 80 * u * view.longest_edge + 2 * p.error;
     const Singles x = q.x - t.foot[0], y = q.y - t.foot[1], z = q.z - t.foot[2];
     Singles best = x * x + y * y + z * z;

@@ -219,8 +219,9 @@ TEST(GroupSearch, BoundsHoldAgainstExactDistances) {
                     at[axis][i] = float(q[axis]);
                     reach = std::max(reach, std::abs(at[axis][i]));
                 }
-            const distance::SinglePoints p{platform::load_singles(at[0]), platform::load_singles(at[1]),
-                                           platform::load_singles(at[2])};
+            const distance::SinglePoints p{platform::load<platform::Singles>(at[0]),
+                                           platform::load<platform::Singles>(at[1]),
+                                           platform::load<platform::Singles>(at[2])};
             const double error = 0x1p-22 * (reach + 4) +
                                  256 * 0x1p-53 * (view.frame.size * view.frame.inverse_scale + double(reach));
             for (std::size_t slot = 0; slot < view.source.size(); ++slot) {

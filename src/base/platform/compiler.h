@@ -28,3 +28,10 @@
 #else
 #define ITS_INDEPENDENT
 #endif
+
+/// Asks for a cache line that will be written soon.
+#if defined(__GNUC__) && !defined(ITS_PLAIN)
+#define ITS_PREFETCH_TO_WRITE(address) __builtin_prefetch(address, 1)
+#else
+#define ITS_PREFETCH_TO_WRITE(address) ((void)(address))
+#endif

@@ -131,9 +131,10 @@ inline bool any_at_most(const Singles& a, const Singles& b) {
 
 #endif
 
-/// The 16 numbers from `from` on.
-ITS_INLINE Singles load_singles(const float* from) {
-    Singles result;
+/// The numbers from `from` on, one a lane.
+template <class Vector, class T>
+ITS_INLINE Vector load(const T* from) {
+    Vector result;
     std::memcpy(&result, from, sizeof result);
     return result;
 }
@@ -141,7 +142,7 @@ ITS_INLINE Singles square_root(const Singles& a) {
     float x[single_lanes];
     std::memcpy(x, &a, sizeof x);
     for (float& lane : x) lane = std::sqrt(lane);
-    return load_singles(x);
+    return load<Singles>(x);
 }
 
 }  // namespace its::platform
