@@ -19,7 +19,8 @@ using platform::Singles;
 constexpr int packet = platform::single_lanes;
 constexpr int arity = ClosestPointTree::arity;
 constexpr int group_size = GroupSearch::group;
-constexpr int capacity = 1024;  // leaves that a group may need
+constexpr int capacity = 4096;  // leaves that a group may need
+constexpr int most_kept = 512;  // leaves that may hold what is nearest to a point of a packet
 constexpr int stack_size = 8 * 36 + 8;
 constexpr std::uint64_t grain = 512;
 constexpr float u = 0x1p-24F;
@@ -282,11 +283,11 @@ ITS_INLINE Nearest nearest_of(const View& view, const std::uint32_t* leaves, int
     return {std::uint32_t(nearest.triangle[0]), std::uint32_t(nearest.slot[0]), nearest.squared[0]};
 }
 
-/// Points begin to end of a group, which needs these leaves alone.
-ITS_INLINE void solve(const View& view, const Points& p, int begin, int end, const Leaves& leaves,
+/// Points begin to end of a group, which needs these leaves alone. \return false if too many remain
+ITS_INLINE bool solve(const View& view, const Points& p, int begin, int end, const Leaves& leaves,
                       const float (&foot)[3], Nearest* results) {
     Target t = around(p, begin, end, foot);
-    std::uint32_t selected[capacity + 1], kept[capacity], near[capacity + 1];
+    std::uint32_t selected[capacity + 1], kept[most_kept], near[most_kept + 1];
     const int count = select(view, leaves, t, selected);
     const SinglePoints q{platform::load<Singles>(&p.at[0][begin]), platform::load<Singles>(&p.at[1][begin]),
                          platform::load<Singles>(&p.at[2][begin])};
@@ -295,7 +296,7 @@ ITS_INLINE void solve(const View& view, const Points& p, int begin, int end, con
     Singles best = x * x + y * y + z * z;
     Singles limit = platform::square_root(best) * factor + slack;
     limit = limit * limit;
-    Singles least[capacity];  // squared distances from the leaves kept
+    Singles least[most_kept];  // squared distances from the leaves kept
     int found = 0;
     for (int k = 0; k < count; ++k) {
         const LeafBox& box = view.boxes[selected[k]];
@@ -305,6 +306,7 @@ ITS_INLINE void solve(const View& view, const Points& p, int begin, int end, con
         for (std::uint32_t i = 1; i < box.triangles; ++i)
             squared = platform::smaller(squared, squared_distances(triangle[i], q));
         if (!platform::any_at_most(squared, limit)) continue;
+        if (found == most_kept) return false;
         kept[found] = selected[k];
         least[found++] = squared;
         best = platform::smaller(best, squared);
@@ -319,6 +321,7 @@ ITS_INLINE void solve(const View& view, const Points& p, int begin, int end, con
         }
         results[begin + i] = nearest_of(view, near, count_near, p.exact[begin + i]);
     }
+    return true;
 }
 
 /// \return false if the points are too far from each other for the triangles that are near to them
@@ -328,7 +331,7 @@ ITS_CLONES bool find_group(const View& view, const Vec3* points, int count, Near
     Leaves leaves;
     if (!collect(view, all, leaves)) return false;
     for (int begin = 0; begin < count; begin += packet)
-        solve(view, p, begin, std::min(begin + packet, count), leaves, all.foot, results);
+        if (!solve(view, p, begin, std::min(begin + packet, count), leaves, all.foot, results)) return false;
     return true;
 }
 
