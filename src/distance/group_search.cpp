@@ -253,6 +253,13 @@ ITS_INLINE int select(const View& view, const Leaves& leaves, Target& t, std::ui
 struct alignas(64) NearestLanes {
     double squared[arity], triangle[arity], slot[arity];
 
+    ITS_INLINE void clear() {
+        for (int i = 0; i < arity; ++i) {
+            squared[i] = std::numeric_limits<double>::infinity();
+            triangle[i] = slot[i] = 0;
+        }
+    }
+    /// The nearer one, of equally near ones the lower one.
     ITS_INLINE void take(int lane, double new_squared, double new_triangle, double new_slot) {
         const bool better =
             (new_squared < squared[lane]) | ((new_squared == squared[lane]) & (new_triangle < triangle[lane]));
@@ -260,34 +267,51 @@ struct alignas(64) NearestLanes {
         triangle[lane] = better ? new_triangle : triangle[lane];
         slot[lane] = better ? new_slot : slot[lane];
     }
-};
-
-/// The nearest triangle of some leaves, by the distances of ClosestPointTree::find().
-ITS_INLINE Nearest nearest_of(const View& view, const std::uint32_t* leaves, int count, const Vec3& p) {
-    NearestLanes nearest;
-    for (int i = 0; i < arity; ++i) {
-        nearest.squared[i] = std::numeric_limits<double>::infinity();
-        nearest.triangle[i] = nearest.slot[i] = 0;
-    }
-    for (int k = 0; k < count; ++k) {
-        const TriangleBlock& block = view.tree.blocks[leaves[k]];
-        const std::size_t first = std::size_t{arity} * leaves[k];
+    /// The triangles of a leaf, by the distances of ClosestPointTree::find().
+    ITS_INLINE void take(const View& view, std::uint32_t leaf, const Vec3& p) {
+        const TriangleBlock& block = view.tree.blocks[leaf];
+        const std::size_t first = std::size_t{arity} * leaf;
         const std::uint32_t* source = &view.tree.source[first];
         for (int i = 0; i < arity; ++i)
-            nearest.take(i, squared_distance(block, std::uint64_t(i), p.x, p.y, p.z),
-                         double(std::int32_t(source[i])), double(first) + double(i));
+            take(i, squared_distance(block, std::uint64_t(i), p.x, p.y, p.z), double(std::int32_t(source[i])),
+                 double(first) + double(i));
     }
-    for (int width = arity / 2; width > 0; width /= 2)
-        for (int i = 0; i < width; ++i)
-            nearest.take(i, nearest.squared[i + width], nearest.triangle[i + width], nearest.slot[i + width]);
-    return {std::uint32_t(nearest.triangle[0]), std::uint32_t(nearest.slot[0]), nearest.squared[0]};
+    ITS_INLINE Nearest nearest() {
+        for (int width = arity / 2; width > 0; width /= 2)
+            for (int i = 0; i < width; ++i) take(i, squared[i + width], triangle[i + width], slot[i + width]);
+        return {std::uint32_t(triangle[0]), std::uint32_t(slot[0]), squared[0]};
+    }
+};
+
+/// Leaves that may hold what is nearest to some point of a packet.
+struct Kept {
+    Singles squared[most_kept];  ///< from the 16 points
+    std::uint32_t leaf[most_kept];
+    int count = 0;
+};
+
+/// Answers for `count` points by the leaves that are within their limits.
+ITS_INLINE void solve_exactly(const View& view, const Kept& kept, const Singles& limit, const Vec3* points,
+                              int count, Nearest* results) {
+    NearestLanes nearest[packet];
+    for (NearestLanes& n : nearest) n.clear();
+    for (int k = 0; k < kept.count; ++k) {
+        int near[packet + 1], count_near = 0;
+        for (int i = 0; i < packet; ++i) {
+            near[count_near] = i;
+            count_near += int(kept.squared[k][i] <= limit[i]);
+        }
+        for (int n = 0; n < count_near; ++n)
+            nearest[near[n]].take(view, kept.leaf[k], points[std::min(near[n], count - 1)]);
+    }
+    for (int i = 0; i < count; ++i) results[i] = nearest[i].nearest();
 }
 
 /// Points begin to end of a group, which needs these leaves alone. \return false if too many remain
 ITS_INLINE bool solve(const View& view, const Points& p, int begin, int end, const Leaves& leaves,
                       const float (&foot)[3], Nearest* results) {
     Target t = around(p, begin, end, foot);
-    std::uint32_t selected[capacity + 1], kept[most_kept], near[most_kept + 1];
+    std::uint32_t selected[capacity + 1];
     const int count = select(view, leaves, t, selected);
     const SinglePoints q{platform::load<Singles>(&p.at[0][begin]), platform::load<Singles>(&p.at[1][begin]),
                          platform::load<Singles>(&p.at[2][begin])};
@@ -296,8 +320,7 @@ ITS_INLINE bool solve(const View& view, const Points& p, int begin, int end, con
     Singles best = x * x + y * y + z * z;
     Singles limit = platform::square_root(best) * factor + slack;
     limit = limit * limit;
-    Singles least[most_kept];  // squared distances from the leaves kept
-    int found = 0;
+    Kept kept;
     for (int k = 0; k < count; ++k) {
         const LeafBox& box = view.boxes[selected[k]];
         if (!platform::any_at_most(squared_gaps(box, q), limit)) continue;
@@ -306,21 +329,14 @@ ITS_INLINE bool solve(const View& view, const Points& p, int begin, int end, con
         for (std::uint32_t i = 1; i < box.triangles; ++i)
             squared = platform::smaller(squared, squared_distances(triangle[i], q));
         if (!platform::any_at_most(squared, limit)) continue;
-        if (found == most_kept) return false;
-        kept[found] = selected[k];
-        least[found++] = squared;
+        if (kept.count == most_kept) return false;
+        kept.leaf[kept.count] = selected[k];
+        kept.squared[kept.count++] = squared;
         best = platform::smaller(best, squared);
         limit = platform::square_root(best) * factor + slack;
         limit = limit * limit;
     }
-    for (int i = 0; i < end - begin; ++i) {
-        int count_near = 0;
-        for (int k = 0; k < found; ++k) {
-            near[count_near] = kept[k];
-            count_near += int(least[k][i] <= limit[i]);
-        }
-        results[begin + i] = nearest_of(view, near, count_near, p.exact[begin + i]);
-    }
+    solve_exactly(view, kept, limit, p.exact + begin, end - begin, results + begin);
     return true;
 }
 
