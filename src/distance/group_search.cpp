@@ -235,7 +235,8 @@ ITS_INLINE int select(const View& view, const Leaves& leaves, Target& t, std::ui
         std::uint32_t nearest = ~std::uint32_t{0};
         for (int i = 0; i < leaves.count; ++i) nearest = key[i] < nearest ? key[i] : nearest;
         if (!(std::bit_cast<float>(nearest & ~index_bits) < t.squared)) break;
-        improve_foot(view, leaves.leaf[nearest & index_bits], t);
+        const std::uint32_t leaf = leaves.leaf[nearest & index_bits];
+        if (squared_gap(view.boxes[leaf], t.centre) < t.squared) improve_foot(view, leaf, t);
         key[nearest & index_bits] = ~std::uint32_t{0};
     }
     alignas(64) float excess[capacity];

@@ -14,7 +14,7 @@ namespace its::distance {
 /// bit. docs/design/distance.md.
 class GroupSearch {
 public:
-    static constexpr int group = 64;  ///< points
+    static constexpr int group = 128;  ///< points
 
     explicit GroupSearch(const ClosestPointTree& tree);
 
