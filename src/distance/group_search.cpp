@@ -223,7 +223,7 @@ ITS_INLINE bool collect(const View& view, Target& t, Leaves& leaves) {
     return true;
 }
 
-constexpr std::uint32_t index_bits = capacity - 1;
+constexpr std::uint32_t index_bits = capacity - 1, tried = ~std::uint32_t{0};
 
 /// Those of the leaves that the target needs, after a few tries to find a better foot.
 ITS_INLINE int select(const View& view, const Leaves& leaves, Target& t, std::uint32_t* selected) {
@@ -232,21 +232,27 @@ ITS_INLINE int select(const View& view, const Leaves& leaves, Target& t, std::ui
     for (int i = 0; i < leaves.count; ++i)
         key[i] = (std::bit_cast<std::uint32_t>(squared_gap_of(leaves, i, t)) & ~index_bits) | std::uint32_t(i);
     for (int tries = 0; tries < 3; ++tries) {
-        std::uint32_t nearest = ~std::uint32_t{0};
+        std::uint32_t nearest = tried;
         for (int i = 0; i < leaves.count; ++i) nearest = key[i] < nearest ? key[i] : nearest;
         if (!(std::bit_cast<float>(nearest & ~index_bits) < t.squared)) break;
         const std::uint32_t leaf = leaves.leaf[nearest & index_bits];
         if (squared_gap(view.boxes[leaf], t.centre) < t.squared) improve_foot(view, leaf, t);
-        key[nearest & index_bits] = ~std::uint32_t{0};
+        key[nearest & index_bits] = tried;
     }
     alignas(64) float excess[capacity];
     for (int i = 0; i < leaves.count; ++i) excess[i] = excess_of(leaves, i, t);
-    int count = 0;
+    // First those that may be nearer to the centre than the foot.
+    const std::uint32_t near = std::bit_cast<std::uint32_t>(t.squared);
+    std::uint32_t others[capacity + 1];
+    int count = 0, count_others = 0;
     for (int i = 0; i < leaves.count; ++i) {
-        selected[count] = leaves.leaf[i];
-        count += int(excess[i] <= t.limit);
+        const bool needed = excess[i] <= t.limit, is_near = (key[i] <= near) | (key[i] == tried);
+        selected[count] = others[count_others] = leaves.leaf[i];
+        count += int(needed & is_near);
+        count_others += int(needed & !is_near);
     }
-    return count;
+    std::copy(others, others + count_others, selected + count);
+    return count + count_others;
 }
 
 /// The nearest of some triangles, in each of some lanes. Numbers are doubles, so that all of a lane has one
