@@ -59,46 +59,45 @@ struct ClosestPoints::Data {
 
     /// Points of a batch: those that are near enough in groups, the others one by one.
     void find(std::span<const Vec3> points, std::span<ClosestPoint> results, Stage& stage) const {
+        std::vector<Vec3> copies;
+        if (scaling.exponent != 0)
+            for (const Vec3& p : points) copies.push_back(scaling.in(p));
+        const std::span<const Vec3> scaled = copies.empty() ? points : copies;
         const Vec3 centre = groups.centre();
         const double within = groups.reach();
-        const auto is_near = [&](const Vec3& p) {
-            const Vec3 d = scaling.in(p)-centre;
-            return std::abs(d.x) < within && std::abs(d.y) < within && std::abs(d.z) < within;
-        };
-        std::vector<Vec3> near;
-        std::vector<std::uint32_t> number;
+        std::vector<std::uint32_t> near;
         near.reserve(points.size());
-        number.reserve(points.size());
-        std::uint64_t rest = 0;
         for (std::uint64_t i = 0; i < points.size(); ++i) {
-            if (is_near(points[i])) {
-                near.push_back(scaling.in(points[i]));
-                number.push_back(std::uint32_t(i));
-            } else {
-                ++rest;
+            const Vec3 d = scaled[i] - centre;
+            if (std::abs(d.x) < within && std::abs(d.y) < within && std::abs(d.z) < within)
+                near.push_back(std::uint32_t(i));
+            else
                 results[i] = finite(points[i]) ? find(points[i]) : nowhere();
-            }
         }
-        stage.advance(rest);
-        const std::vector<std::uint32_t> order = curve_order(near);
-        for_chunks(near.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
-            constexpr std::uint64_t group = GroupSearch::group;
-            std::array<Vec3, group> at;
-            std::array<Nearest, group> nearest;
-            for (std::uint64_t first = begin; first < end; first += group) {
-                const std::uint64_t count = std::min(group, end - first);
-                for (std::uint64_t i = 0; i < count; ++i) {
-                    at[i] = near[order[first + i]];
-                    prefetch(results[number[order[first + i]]]);
-                }
-                groups.find(std::span(at).first(count), nearest);
-                for (std::uint64_t i = 0; i < count; ++i) {
-                    const std::uint32_t k = number[order[first + i]];
-                    results[k] = complete(points[k], {at[i]}, nearest[i]);
-                }
-            }
+        stage.advance(points.size() - near.size());
+        const std::vector<std::uint32_t> order = curve_order(scaled, near);
+        for_chunks(order.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+            find_near(std::span(order).subspan(begin, end - begin), scaled, results);
             stage.advance(end - begin);
         });
+    }
+
+    /// Points of these numbers.
+    void find_near(std::span<const std::uint32_t> numbers, std::span<const Vec3> scaled,
+                   std::span<ClosestPoint> results) const {
+        constexpr std::size_t group = GroupSearch::group;
+        std::array<Vec3, group> at;
+        std::array<Nearest, group> nearest;
+        for (std::size_t first = 0; first < numbers.size(); first += group) {
+            const auto some = numbers.subspan(first, std::min(group, numbers.size() - first));
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                at[i] = scaled[some[i]];
+                prefetch(results[some[i]]);
+            }
+            groups.find(std::span(at).first(some.size()), nearest);
+            for (std::size_t i = 0; i < some.size(); ++i)
+                results[some[i]] = complete(at[i], {at[i]}, nearest[i]);
+        }
     }
 
     /// What will be written soon, out of order.

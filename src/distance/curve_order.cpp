@@ -61,19 +61,19 @@ struct Key {
     std::uint32_t point;
 };
 
-std::vector<Key> keys_of(std::span<const Vec3> points) {
+std::vector<Key> keys_of(std::span<const Vec3> points, std::span<const std::uint32_t> numbers) {
     Box box = geometry::empty_box;
-    for (const Vec3& p : points) geometry::extend(box, p);
+    for (const std::uint32_t i : numbers) geometry::extend(box, points[i]);
     const Vec3 size{box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z};
     const double side = std::max({size.x, size.y, size.z});
     const double last = (1 << bits) - 1, cells = side > 1e-300 ? last / side : 0;
-    std::vector<Key> keys(points.size());
-    for_chunks(points.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+    std::vector<Key> keys(numbers.size());
+    for_chunks(numbers.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
         Cells cells_of = {};
         for (std::uint64_t first = begin; first < end; first += block) {
             const std::uint64_t count = std::min<std::uint64_t>(block, end - first);
             for (std::uint64_t i = 0; i < count; ++i) {
-                const Vec3& p = points[first + i];
+                const Vec3& p = points[numbers[first + i]];
                 cells_of.x[i] = std::uint32_t(std::min((p.x - box.min.x) * cells, last));
                 cells_of.y[i] = std::uint32_t(std::min((p.y - box.min.y) * cells, last));
                 cells_of.z[i] = std::uint32_t(std::min((p.z - box.min.z) * cells, last));
@@ -81,7 +81,7 @@ std::vector<Key> keys_of(std::span<const Vec3> points) {
             follow_curve(cells_of);
             for (std::uint64_t i = 0; i < count; ++i)
                 keys[first + i] = {octree::morton_encode({cells_of.z[i], cells_of.y[i], cells_of.x[i]}),
-                                   std::uint32_t(first + i)};
+                                   numbers[first + i]};
         }
     });
     return keys;
@@ -89,8 +89,8 @@ std::vector<Key> keys_of(std::span<const Vec3> points) {
 
 }  // namespace
 
-std::vector<std::uint32_t> curve_order(std::span<const Vec3> points) {
-    std::vector<Key> keys = keys_of(points), sorted(keys.size());
+std::vector<std::uint32_t> curve_order(std::span<const Vec3> points, std::span<const std::uint32_t> numbers) {
+    std::vector<Key> keys = keys_of(points, numbers), sorted(keys.size());
     for (int shift = 0; shift < 3 * bits; shift += bits) {
         const auto digit = [shift](const Key& key) { return (key.place >> shift) & ((1U << bits) - 1); };
         std::array<std::uint32_t, (1 << bits) + 1> begin{};

@@ -16,7 +16,7 @@ namespace {
 
 using platform::Singles;
 
-constexpr int packet = platform::single_lanes;
+constexpr int packet = platform::single_lanes, quarter = packet / 4;
 constexpr int arity = ClosestPointTree::arity;
 constexpr int group_size = GroupSearch::group;
 constexpr int capacity = 4096;  // leaves that a group may need
@@ -39,7 +39,7 @@ ITS_INLINE float smaller(float a, float b) {
 /// Points in units of the boxes; the last one fills up whole packets.
 struct Points {
     alignas(64) float at[3][group_size];
-    const Vec3* exact;
+    std::uint8_t number[group_size];  ///< place among the caller's
     int count;
     float error;  ///< what rounding of a point and of a triangle's place may change of their distance
 };
@@ -95,7 +95,6 @@ ITS_INLINE float squared_gap_of(const Boxes& b, int i, const Target& t) {
 ITS_INLINE Points rounded(const View& view, const Vec3* points, int count) {
     const ClosestPointTree::Frame& frame = view.tree.frame;
     Points p;
-    p.exact = points;
     p.count = count;
     float reach = 0;
     for (int i = 0; i < group_size; ++i) {
@@ -103,12 +102,26 @@ ITS_INLINE Points rounded(const View& view, const Vec3* points, int count) {
         p.at[0][i] = float((v.x - frame.centre.x) * frame.inverse_scale);
         p.at[1][i] = float((v.y - frame.centre.y) * frame.inverse_scale);
         p.at[2][i] = float((v.z - frame.centre.z) * frame.inverse_scale);
+        p.number[i] = std::uint8_t(i < count ? i : count - 1);
     }
     for (const auto& axis : p.at)
         for (int i = 0; i < group_size; ++i) reach = larger(reach, larger(axis[i], -axis[i]));
     const double exact = 256 * unit_roundoff * (frame.size * frame.inverse_scale + double(reach));
     p.error = 4 * u * (reach + 4) + float(std::min(exact, 1e30));
     return p;
+}
+
+/// Some of the points, at most a packet of them.
+ITS_INLINE Points part_of(const Points& p, int begin, int count) {
+    Points part;
+    part.count = count;
+    part.error = p.error;
+    for (int i = 0; i < packet; ++i) {
+        const int from = begin + std::min(i, count - 1);
+        for (int axis = 0; axis < 3; ++axis) part.at[axis][i] = p.at[axis][from];
+        part.number[i] = p.number[from];
+    }
+    return part;
 }
 
 ITS_INLINE Target around(const Points& p, int begin, int end, const float (&foot)[3]) {
@@ -179,7 +192,7 @@ ITS_INLINE void improve_foot_by(const View& view, const Node& node, const float 
 struct Leaves {
     alignas(64) float min[3][capacity], max[3][capacity];
     std::uint32_t leaf[capacity];
-    int count;
+    int count = 0;
 
     ITS_INLINE void add(const Node& node, std::uint32_t lane) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -297,27 +310,26 @@ struct Kept {
     int count = 0;
 };
 
-/// Answers for `count` points by the leaves that are within their limits.
-ITS_INLINE void solve_exactly(const View& view, const Kept& kept, const Singles& limit, const Vec3* points,
-                              int count, Nearest* results) {
+/// Answers for the points of a packet by the leaves that are within their limits.
+ITS_INLINE void solve_exactly(const View& view, const Kept& kept, const Singles& limit, const Points& p,
+                              int begin, const Vec3* points, Nearest* results) {
     NearestLanes nearest[packet];
     for (NearestLanes& n : nearest) n.clear();
     for (int k = 0; k < kept.count; ++k) {
-        int near[packet + 1], count_near = 0;
+        int near[packet + 1], count = 0;
         for (int i = 0; i < packet; ++i) {
-            near[count_near] = i;
-            count_near += int(kept.squared[k][i] <= limit[i]);
+            near[count] = i;
+            count += int(kept.squared[k][i] <= limit[i]);
         }
-        for (int n = 0; n < count_near; ++n)
-            nearest[near[n]].take(view, kept.leaf[k], points[std::min(near[n], count - 1)]);
+        for (int n = 0; n < count; ++n)
+            nearest[near[n]].take(view, kept.leaf[k], points[p.number[begin + near[n]]]);
     }
-    for (int i = 0; i < count; ++i) results[i] = nearest[i].nearest();
+    for (int i = 0; i < packet; ++i) results[p.number[begin + i]] = nearest[i].nearest();
 }
 
-/// Points begin to end of a group, which needs these leaves alone. \return false if too many remain
-ITS_INLINE bool solve(const View& view, const Points& p, int begin, int end, const Leaves& leaves,
-                      const float (&foot)[3], Nearest* results) {
-    Target t = around(p, begin, end, foot);
+/// A packet of a group, which needs these leaves alone. \return false if too many remain
+ITS_INLINE bool solve(const View& view, const Points& p, int begin, Target& t, const Leaves& leaves,
+                      const Vec3* points, Nearest* results) {
     std::uint32_t selected[capacity + 1];
     const int count = select(view, leaves, t, selected);
     const SinglePoints q{platform::load<Singles>(&p.at[0][begin]), platform::load<Singles>(&p.at[1][begin]),
@@ -343,19 +355,32 @@ ITS_INLINE bool solve(const View& view, const Points& p, int begin, int end, con
         limit = platform::square_root(best) * factor + slack;
         limit = limit * limit;
     }
-    solve_exactly(view, kept, limit, p.exact + begin, end - begin, results + begin);
+    solve_exactly(view, kept, limit, p, begin, points, results);
     return true;
 }
 
-/// \return false if the points are too far from each other for the triangles that are near to them
-ITS_CLONES bool find_group(const View& view, const Vec3* points, int count, Nearest* results) {
+/// Answers for the points of a group by the leaves that the group needs or, if those are too many, that each
+/// packet or each of its quarters needs. Points whose quarter needs too many by itself are left over.
+/// \return the number of those, whose places are in `left`
+ITS_CLONES int find_group(const View& view, const Vec3* points, int count, Nearest* results,
+                          std::uint8_t* left) {
     const Points p = rounded(view, points, count);
     Target all = around(p, 0, count, view.triangles[0].a);
     Leaves leaves;
-    if (!collect(view, all, leaves)) return false;
-    for (int begin = 0; begin < count; begin += packet)
-        if (!solve(view, p, begin, std::min(begin + packet, count), leaves, all.foot, results)) return false;
-    return true;
+    const bool together = collect(view, all, leaves);
+    int count_left = 0;
+    for (int begin = 0; begin < count; begin += packet) {
+        Target t = around(p, begin, begin + packet, all.foot);
+        if ((together || collect(view, t, leaves)) && solve(view, p, begin, t, leaves, points, results))
+            continue;
+        for (int first = begin; first < std::min(begin + packet, count); first += quarter) {
+            const Points few = part_of(p, first, std::min(quarter, count - first));
+            Target t4 = around(few, 0, packet, t.foot);
+            if (collect(view, t4, leaves) && solve(view, few, 0, t4, leaves, points, results)) continue;
+            for (int i = 0; i < few.count; ++i) left[count_left++] = few.number[i];
+        }
+    }
+    return count_left;
 }
 
 }  // namespace
@@ -377,12 +402,9 @@ void GroupSearch::find(std::span<const Vec3> points, std::span<Nearest> results)
     const View view{tree_, triangles_.data(), boxes_.data(), longest_edge_};
     for (std::size_t begin = 0; begin < points.size(); begin += group) {
         const std::size_t end = std::min<std::size_t>(begin + group, points.size());
-        if (find_group(view, &points[begin], int(end - begin), &results[begin])) continue;
-        for (std::size_t from = begin; from < end; from += packet) {
-            const std::size_t to = std::min<std::size_t>(from + packet, end);
-            if (find_group(view, &points[from], int(to - from), &results[from])) continue;
-            for (std::size_t i = from; i < to; ++i) results[i] = searched_->find(points[i]);
-        }
+        std::uint8_t left[group];
+        const int count = find_group(view, &points[begin], int(end - begin), &results[begin], left);
+        for (int i = 0; i < count; ++i) results[begin + left[i]] = searched_->find(points[begin + left[i]]);
     }
 }
 
