@@ -244,7 +244,7 @@ ITS_INLINE int select(const View& view, const Leaves& leaves, Target& t, std::ui
     alignas(64) std::uint32_t key[capacity];
     for (int i = 0; i < leaves.count; ++i)
         key[i] = (std::bit_cast<std::uint32_t>(squared_gap_of(leaves, i, t)) & ~index_bits) | std::uint32_t(i);
-    for (int tries = 0; tries < 3; ++tries) {
+    for (int tries = 0; tries < 2; ++tries) {
         std::uint32_t nearest = tried;
         for (int i = 0; i < leaves.count; ++i) nearest = key[i] < nearest ? key[i] : nearest;
         if (!(std::bit_cast<float>(nearest & ~index_bits) < t.squared)) break;
@@ -316,13 +316,11 @@ ITS_INLINE void solve_exactly(const View& view, const Kept& kept, const Singles&
     NearestLanes nearest[packet];
     for (NearestLanes& n : nearest) n.clear();
     for (int k = 0; k < kept.count; ++k) {
-        int near[packet + 1], count = 0;
-        for (int i = 0; i < packet; ++i) {
-            near[count] = i;
-            count += int(kept.squared[k][i] <= limit[i]);
+        for (std::uint32_t near = platform::lanes_at_most(kept.squared[k], limit); near != 0;
+             near &= near - 1) {
+            const int i = std::countr_zero(near);
+            nearest[i].take(view, kept.leaf[k], points[p.number[begin + i]]);
         }
-        for (int n = 0; n < count; ++n)
-            nearest[near[n]].take(view, kept.leaf[k], points[p.number[begin + near[n]]]);
     }
     for (int i = 0; i < packet; ++i) results[p.number[begin + i]] = nearest[i].nearest();
 }
@@ -342,12 +340,12 @@ ITS_INLINE bool solve(const View& view, const Points& p, int begin, Target& t, c
     Kept kept;
     for (int k = 0; k < count; ++k) {
         const LeafBox& box = view.boxes[selected[k]];
-        if (!platform::any_at_most(squared_gaps(box, q), limit)) continue;
+        if (platform::lanes_at_most(squared_gaps(box, q), limit) == 0) continue;
         const SingleTriangle* triangle = view.triangles + std::size_t{arity} * selected[k];
         Singles squared = squared_distances(triangle[0], q);
         for (std::uint32_t i = 1; i < box.triangles; ++i)
             squared = platform::smaller(squared, squared_distances(triangle[i], q));
-        if (!platform::any_at_most(squared, limit)) continue;
+        if (platform::lanes_at_most(squared, limit) == 0) continue;
         if (kept.count == most_kept) return false;
         kept.leaf[kept.count] = selected[k];
         kept.squared[kept.count++] = squared;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <type_traits>
 
@@ -39,14 +40,18 @@ ITS_INLINE Lanes absolute(const Lanes& a) {
 ITS_INLINE Singles zero_if_positive(const Singles& a, const Singles& b) {
     return a > 0.0F ? Singles{} : b;
 }
-/// Whether a ≤ b in some lane.
-ITS_INLINE bool any_at_most(const Singles& a, const Singles& b) {
+/// Bit i: a ≤ b in lane i.
+ITS_INLINE std::uint32_t lanes_at_most(const Singles& a, const Singles& b) {
+    using Bits = int __attribute__((vector_size(64)));
     using Eight = long long __attribute__((vector_size(64)));
     using Four = long long __attribute__((vector_size(32)));
-    const Eight set = reinterpret_cast<Eight>(a <= b);
+    constexpr Bits bits = {1,      1 << 1, 1 << 2,  1 << 3,  1 << 4,  1 << 5,  1 << 6,  1 << 7,
+                           1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
+    const Eight set = reinterpret_cast<Eight>((a <= b) & bits);
     const Four half =
         __builtin_shufflevector(set, set, 0, 1, 2, 3) | __builtin_shufflevector(set, set, 4, 5, 6, 7);
-    return ((half[0] | half[1]) | (half[2] | half[3])) != 0;
+    const auto all = std::uint64_t((half[0] | half[1]) | (half[2] | half[3]));
+    return std::uint32_t(all | all >> 32);
 }
 
 #else
@@ -122,11 +127,11 @@ LaneArray<T, n> absolute(const LaneArray<T, n>& a) {
 inline Singles zero_if_positive(const Singles& a, const Singles& b) {
     return lanewise(a, b, [](float x, float y) { return x > 0 ? 0 : y; });
 }
-/// Whether a ≤ b in some lane.
-inline bool any_at_most(const Singles& a, const Singles& b) {
-    for (int i = 0; i < single_lanes; ++i)
-        if (a[i] <= b[i]) return true;
-    return false;
+/// Bit i: a ≤ b in lane i.
+inline std::uint32_t lanes_at_most(const Singles& a, const Singles& b) {
+    std::uint32_t bits = 0;
+    for (int i = 0; i < single_lanes; ++i) bits |= std::uint32_t{a[i] <= b[i]} << i;
+    return bits;
 }
 
 #endif
