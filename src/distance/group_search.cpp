@@ -325,6 +325,11 @@ ITS_INLINE void solve_exactly(const View& view, const Kept& kept, const Singles&
     for (int i = 0; i < packet; ++i) results[p.number[begin + i]] = nearest[i].nearest();
 }
 
+ITS_INLINE void prefetch(const TriangleBlock& block) {
+    const auto* bytes = reinterpret_cast<const std::byte*>(&block);
+    for (std::size_t line = 0; line < sizeof block; line += 64) ITS_PREFETCH_TO_READ(bytes + line);
+}
+
 /// A packet of a group, which needs these leaves alone. \return false if too many remain
 ITS_INLINE bool solve(const View& view, const Points& p, int begin, Target& t, const Leaves& leaves,
                       const Vec3* points, Nearest* results) {
@@ -347,6 +352,7 @@ ITS_INLINE bool solve(const View& view, const Points& p, int begin, Target& t, c
             squared = platform::smaller(squared, squared_distances(triangle[i], q));
         if (platform::lanes_at_most(squared, limit) == 0) continue;
         if (kept.count == most_kept) return false;
+        prefetch(view.tree.blocks[selected[k]]);
         kept.leaf[kept.count] = selected[k];
         kept.squared[kept.count++] = squared;
         best = platform::smaller(best, squared);

@@ -18,7 +18,7 @@ struct SingleTriangle {
 };
 
 /// A box around a leaf's triangles, flat along their mean normal.
-struct LeafBox {
+struct alignas(64) LeafBox {
     float centre[3], axis[3][3], half[3];
     std::uint32_t triangles;  ///< of the leaf's eight lanes, those that have one of their own come first
 };

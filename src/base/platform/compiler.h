@@ -29,9 +29,11 @@
 #define ITS_INDEPENDENT
 #endif
 
-/// Asks for a cache line that will be written soon.
+/// Asks for a cache line that will be read, or written, soon.
 #if defined(__GNUC__) && !defined(ITS_PLAIN)
+#define ITS_PREFETCH_TO_READ(address) __builtin_prefetch(address)
 #define ITS_PREFETCH_TO_WRITE(address) __builtin_prefetch(address, 1)
 #else
+#define ITS_PREFETCH_TO_READ(address) ((void)(address))
 #define ITS_PREFETCH_TO_WRITE(address) ((void)(address))
 #endif
