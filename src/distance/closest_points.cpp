@@ -19,7 +19,9 @@ using namespace distance;
 
 namespace {
 
-constexpr std::uint64_t grain = 1024;         // points: below it, a batch is serial
+constexpr std::uint64_t grain = 1024;  // points: below it, a batch is serial
+// Fewer points than these, or than one for so many triangles, have too little in common: measured.
+constexpr std::uint64_t least_grouped = 256, sparse = 10;
 constexpr std::uint64_t sorted = 1ULL << 18;  // points that are sorted at a time
 
 /// A copy of the mesh, scaled. \throws InputError unless it can be searched
@@ -75,9 +77,13 @@ struct ClosestPoints::Data {
                 results[i] = finite(points[i]) ? find(points[i]) : nowhere();
         }
         stage.advance(points.size() - near.size());
-        const std::vector<std::uint32_t> order = curve_order(scaled, near);
-        for_chunks(order.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
-            find_near(std::span(order).subspan(begin, end - begin), scaled, results);
+        const bool dense = near.size() >= least_grouped && near.size() * sparse >= mesh.triangles.size();
+        if (dense) near = curve_order(scaled, near);
+        for_chunks(near.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+            const auto some = std::span<const std::uint32_t>(near).subspan(begin, end - begin);
+            if (dense) find_near(some, scaled, results);
+            if (!dense)
+                for (const std::uint32_t i : some) results[i] = find(points[i]);
             stage.advance(end - begin);
         });
     }

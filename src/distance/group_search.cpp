@@ -19,8 +19,9 @@ using platform::Singles;
 constexpr int packet = platform::single_lanes, quarter = packet / 4;
 constexpr int arity = ClosestPointTree::arity;
 constexpr int group_size = GroupSearch::group;
-constexpr int capacity = 4096;  // leaves that a group may need
-constexpr int most_kept = 512;  // leaves that may hold what is nearest to a point of a packet
+constexpr int capacity = 4096;        // leaves that a group may need
+constexpr int leaves_per_point = 256;  // more cost as much as searches one by one
+constexpr int most_kept = 512;        // leaves that may hold what is nearest to a point of a packet
 constexpr int stack_size = 8 * 36 + 8;
 constexpr std::uint64_t grain = 512;
 constexpr float u = 0x1p-24F;
@@ -203,8 +204,9 @@ struct Leaves {
     }
 };
 
-/// All leaves that the target needs. \return false if there are too many
-ITS_INLINE bool collect(const View& view, Target& t, Leaves& leaves) {
+/// All leaves that the target needs, which has so many points. \return false if there are too many
+ITS_INLINE bool collect(const View& view, Target& t, int points, Leaves& leaves) {
+    const int most = std::min(capacity, leaves_per_point * points);
     find_foot(view, t);
     std::uint32_t stack[stack_size], places[capacity + arity];  // places: 8·node + lane
     int size = 1, count = 0;
@@ -228,7 +230,7 @@ ITS_INLINE bool collect(const View& view, Target& t, Leaves& leaves) {
             places[count] = arity * index + std::uint32_t(i);
             count += int(needed & is_leaf);
         }
-        if (count > capacity) return false;
+        if (count > most) return false;
         if (size > 0 && nearest < size) std::swap(stack[nearest], stack[size - 1]);
     }
     leaves.count = 0;
@@ -371,16 +373,17 @@ ITS_CLONES int find_group(const View& view, const Vec3* points, int count, Neare
     const Points p = rounded(view, points, count);
     Target all = around(p, 0, count, view.triangles[0].a);
     Leaves leaves;
-    const bool together = collect(view, all, leaves);
+    const bool together = collect(view, all, count, leaves);
     int count_left = 0;
     for (int begin = 0; begin < count; begin += packet) {
         Target t = around(p, begin, begin + packet, all.foot);
-        if ((together || collect(view, t, leaves)) && solve(view, p, begin, t, leaves, points, results))
+        if ((together || collect(view, t, packet, leaves)) && solve(view, p, begin, t, leaves, points, results))
             continue;
         for (int first = begin; first < std::min(begin + packet, count); first += quarter) {
             const Points few = part_of(p, first, std::min(quarter, count - first));
             Target t4 = around(few, 0, packet, t.foot);
-            if (collect(view, t4, leaves) && solve(view, few, 0, t4, leaves, points, results)) continue;
+            if (collect(view, t4, quarter, leaves) && solve(view, few, 0, t4, leaves, points, results))
+                continue;
             for (int i = 0; i < few.count; ++i) left[count_left++] = few.number[i];
         }
     }
