@@ -19,9 +19,9 @@ using platform::Singles;
 constexpr int packet = platform::single_lanes, quarter = packet / 4;
 constexpr int arity = ClosestPointTree::arity;
 constexpr int group_size = GroupSearch::group;
-constexpr int capacity = 4096;        // leaves that a group may need
+constexpr int capacity = 4096;         // leaves that a group may need
 constexpr int leaves_per_point = 256;  // more cost as much as searches one by one
-constexpr int most_kept = 512;        // leaves that may hold what is nearest to a point of a packet
+constexpr int most_kept = 512;         // leaves that may hold what is nearest to a point of a packet
 constexpr int stack_size = 8 * 36 + 8;
 constexpr std::uint64_t grain = 512;
 constexpr float u = 0x1p-24F;

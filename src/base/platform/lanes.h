@@ -140,7 +140,7 @@ inline std::uint32_t lanes_at_most(const Singles& a, const Singles& b) {
 template <class Vector, class T>
 ITS_INLINE Vector load(const T* from) {
     Vector result;
-    std::memcpy(&result, from, sizeof result);
+    std::memcpy(static_cast<void*>(&result), from, sizeof result);
     return result;
 }
 ITS_INLINE Singles square_root(const Singles& a) {
