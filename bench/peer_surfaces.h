@@ -40,6 +40,8 @@ PeerSurface alpha_wrap(const Mesh& mesh, double alpha, double offset);
 
 /// OpenVDB: meshToVolume with this voxel, and volumeToMesh at `level` (mesh units, from the surface) without
 /// adaptivity, its quads split; `seconds` is of volumeToMesh alone, `build_seconds` of meshToVolume.
-PeerSurface volume_to_mesh(const Mesh& mesh, double voxel, double level, int threads, double& build_seconds);
+/// \param half_width  of the grid's band, in voxels
+PeerSurface volume_to_mesh(const Mesh& mesh, double voxel, double level, int threads, double& build_seconds,
+                           float half_width = 3);
 
 }  // namespace its::bench

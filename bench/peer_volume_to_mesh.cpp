@@ -7,7 +7,8 @@
 
 namespace its::bench {
 
-PeerSurface volume_to_mesh(const Mesh& mesh, double voxel, double level, int threads, double& build_seconds) {
+PeerSurface volume_to_mesh(const Mesh& mesh, double voxel, double level, int threads, double& build_seconds,
+                           float half_width) {
     openvdb::initialize();
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
     std::vector<openvdb::Vec3s> points;
@@ -21,7 +22,8 @@ PeerSurface volume_to_mesh(const Mesh& mesh, double voxel, double level, int thr
     oneapi::tbb::task_arena arena(threads);
     arena.execute([&] {
         const Timer build;
-        const auto grid = openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*transform, points, triangles, 3);
+        const auto grid =
+            openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*transform, points, triangles, half_width);
         build_seconds = build.seconds().processor;
         const Timer timer;
         openvdb::tools::volumeToMesh(*grid, vertices, faces, quads, level, 0.0);

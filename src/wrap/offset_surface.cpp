@@ -25,6 +25,8 @@ constexpr std::uint64_t grain = 256;
 /// A cell that is crossed has 88 bytes, and of four vertices as its own, one in common and two triangles: 80
 /// and 16 for each of the former, 80 and 40 for the latter, twice while parts are joined.
 constexpr std::uint64_t bytes_per_cell = 88 + 4 * 96 + 2 * (80 + 2 * 40);
+/// Of the slack: how far a vertex may be moved to one side of the middle.
+constexpr double aside_of_slack = 0.3;
 constexpr std::uint32_t none = ~std::uint32_t{0};
 
 /// A vertex of the surface: on a lattice segment, or in a cell.
@@ -33,7 +35,8 @@ struct Placed {
     std::uint32_t level = 0;  ///< of the segment, or the number of the cell
     Vec3 at;
     std::uint32_t nearest = 0;    ///< triangle of M
-    double away = 0;              ///< its distance less the surface's level, after it was placed
+    double aim = 0;               ///< where it is wanted: the signed distance less the surface's level
+    double away = 0;              ///< where it is: how much more than that
     std::uint32_t before = none;  ///< its number in the pass before, where it was the same
 
     auto order() const { return std::pair(name, level); }
@@ -71,7 +74,8 @@ public:
         for (;; ++result.passes) {
             Pass pass = extract();
             place(pass);
-            prove(pass);
+            prove(pass, pieces_to_prove(pass));
+            move(pass);
             std::vector<std::uint32_t> halved = to_halve(pass);
             if (halved.empty()) {
                 result.mesh = mesh_of(pass);
@@ -92,7 +96,9 @@ private:
     void place_on_segment(const Pass& pass, Placed& vertex) const;
     void place_in_cell(const Pass& pass, Placed& vertex) const;
     double measure(const Vec3& p, std::span<const Point> ends, distance::Nearest& nearest) const;
-    void prove(Pass& pass);
+    std::vector<std::uint32_t> pieces_to_prove(Pass& pass) const;
+    void prove(Pass& pass, std::span<const std::uint32_t> pieces);
+    void move(Pass& pass);
     std::vector<std::uint32_t> to_halve(const Pass& pass) const;
     void blame(const Pass& pass, const Piece& piece, std::vector<std::uint32_t>& halved) const;
     std::vector<std::uint32_t> wrong_sides(OffsetSurface& result) const;
@@ -217,12 +223,13 @@ void Maker::place_on_segment(const Pass&, Placed& vertex) const {
     double least = std::numeric_limits<double>::infinity();
     for (int step = 0; step <= steps; ++step) {
         distance::Nearest nearest;
-        const double away = measure(at, ends, nearest);
+        const double away = measure(at, ends, nearest) - vertex.aim;
         if (!(std::abs(away) < least)) break;
         vertex.at = at, vertex.nearest = nearest.triangle, vertex.away = away;
         least = std::abs(away);
         if (least <= good) break;
-        const double distance = std::sqrt(nearest.squared), sign = away + task_.level < 0 ? -1.0 : 1.0;
+        const double distance = std::sqrt(nearest.squared),
+                     sign = away + vertex.aim + task_.level < 0 ? -1.0 : 1.0;
         if (!(distance > 0)) break;
         const double slope = sign * (at[axis] - task_.field.nearest_point(nearest, at)[axis]) / distance;
         if (std::abs(slope) < 0x1p-6) break;
@@ -284,32 +291,41 @@ void Maker::place(Pass& pass) const {
     });
 }
 
-/// Triangles with the three vertices of one that was proven in the pass before are.
-void Maker::prove(Pass& pass) {
+/// The triangles that are to be proven: those with the three vertices of one that was in the pass before are.
+std::vector<std::uint32_t> Maker::pieces_to_prove(Pass& pass) const {
     std::vector<std::pair<Triangle, std::uint32_t>> known;
     for (std::uint32_t i = 0; i < last_.piece.size(); ++i)
         if (last_.piece[i].proven) known.emplace_back(last_.piece[i].corner, i);
     std::sort(known.begin(), known.end());
-    Stage stage(parts_.next(0.2), "proof", pass.piece.size());
-    for_chunks(pass.piece.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t i = 0; i < pass.piece.size(); ++i) {
+        Piece& piece = pass.piece[i];
+        Triangle before{};
+        bool all = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+            before[k] = pass.vertex[piece.corner[k]].before;
+            all = all && before[k] != none;
+        }
+        const auto at = all ? std::lower_bound(known.begin(), known.end(), std::pair(before, 0u)) : known.end();
+        if (at != known.end() && at->first == before) {
+            piece.range = last_.piece[at->second].range;
+            piece.proven = true;
+        } else {
+            open.push_back(i);
+        }
+    }
+    return open;
+}
+
+void Maker::prove(Pass& pass, std::span<const std::uint32_t> pieces) {
+    Stage stage(parts_.next(0.1), "proof", pieces.size());
+    for_chunks(pieces.size(), grain, [&](std::uint64_t, std::uint64_t begin, std::uint64_t end) {
         for (std::uint64_t i = begin; i < end; ++i) {
-            Piece& piece = pass.piece[i];
+            Piece& piece = pass.piece[pieces[i]];
             std::array<Located, 3> corner;
-            Triangle before{};
-            bool all = true;
             for (std::size_t k = 0; k < 3; ++k) {
                 const Placed& v = pass.vertex[piece.corner[k]];
                 corner[k] = {v.at, v.nearest};
-                before[k] = v.before;
-                all = all && v.before != none;
-            }
-            if (all) {
-                const auto at = std::lower_bound(known.begin(), known.end(), std::pair(before, 0u));
-                if (at != known.end() && at->first == before) {
-                    piece.range = last_.piece[at->second].range;
-                    piece.proven = true;
-                    continue;
-                }
             }
             piece.range = proof_.range(corner, demand_.limits);
             piece.proven =
@@ -317,6 +333,33 @@ void Maker::prove(Pass& pass) {
         }
         stage.advance(end - begin);
     });
+}
+
+/// Where triangles bend towards M their vertices may as well be farther away, and nearer where they bend off:
+/// vertices of triangles that fail are moved once, if all that fail around one do so at the same limit.
+void Maker::move(Pass& pass) {
+    const double aside = aside_of_slack * (demand_.limits.upper - demand_.limits.lower);
+    constexpr std::uint8_t too_near = 1, too_far = 2;
+    std::vector<std::uint8_t> fails(pass.vertex.size(), 0);
+    for (const Piece& piece : pass.piece)
+        if (!piece.proven)
+            for (const std::uint32_t v : piece.corner)
+                fails[v] |= piece.range.lower >= demand_.limits.lower ? too_far : too_near;
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t i = 0; i < pass.vertex.size(); ++i) {
+        Placed& v = pass.vertex[i];
+        if (v.name == 0 || v.aim != 0 || (fails[i] != too_near && fails[i] != too_far)) continue;
+        v.aim = (fails[i] == too_near) != demand_.inner ? aside : -aside;
+        moved.push_back(i);
+    }
+    parallel_for(moved.size(), grain, [&](std::uint64_t i) { place_on_segment(pass, pass.vertex[moved[i]]); });
+    std::vector<std::uint8_t> is_moved(pass.vertex.size(), 0);
+    for (const std::uint32_t i : moved) is_moved[i] = 1;
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t i = 0; i < pass.piece.size(); ++i)
+        for (const std::uint32_t v : pass.piece[i].corner)
+            if (is_moved[v] && (open.empty() || open.back() != i)) open.push_back(i);
+    prove(pass, open);
 }
 
 /// What is to be halved for a triangle that is not proven: where a vertex is not where the level is, and a
