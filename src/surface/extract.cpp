@@ -45,34 +45,74 @@ bool is_own_lattice(const shell::ShellData& shell, int resolution) {
 /// for a range of levels (80 bytes), each with its crossing, first vertex and place in an index (24); a vertex
 /// and two triangles, twice while they are joined (24 + 2·2·12).
 constexpr double own_bytes = 200;
-/// On others: at the end cells of a window of levels (1.9 times 80 bytes), the mesh (48), bounds of f on both
-/// sides, by pieces and as sorted (100).
-constexpr double other_bytes = 310, other_base = 4e6;
+/// On others: points of a window of levels (5 of 16 bytes), cells of a few levels (1.3 times 80), bounds of f
+/// on one side, by pieces and as sorted (90).
+constexpr double other_bytes = 270, other_base = 4e6;
 /// On the cells of an adaptive shell, for each of its surface cells: four cells of the range of levels, halved
 /// ones among them (88 bytes each), of which two are crossed (160 each, src/surface/leaf_surface.cpp).
 constexpr double leaf_bytes = 4 * 88 + 2 * 160;
 
-/// Expected of the cells that an outer or inner surface runs through: as many as of the octree's cells of that
-/// width that meet M (within 2 %, on real models), around both sides where there is no inside; on finer
-/// lattices as the square of the resolution.
-double expected_cells(const shell::ShellData& shell, int resolution) {
-    const int depth = shell.lattice.depth;
-    const octree::Octree& octree = shell.octree;
-    const double sheets = shell.info.sign == SignRule::unsigned_rule ? 2.0 : 1.0;
-    if (resolution == 0) return sheets * double(octree.surface_cells());
-    const double ratio = double(shell.lattice.scale_cells()) / resolution;
-    double cells = 0;  // in surface cells that are no smaller
-    for (int level = 0; level <= depth; ++level) {
-        const double width = std::ldexp(1.0, level);
-        const std::uint64_t count = octree.surface_cells_below(level + 1) - octree.surface_cells_below(level);
-        if (width >= ratio || (level == 0 && ratio < 2))
-            cells += double(count) * (width / ratio) * (width / ratio);
+/// Where distances are measured: the search tree of the surface, two triangles for each cell, and of M's.
+constexpr double measured_bytes = 1060, measured_bytes_per_triangle = 500;
+
+/// How far from its bound an outer or inner surface is expected, in cells of its lattice.
+constexpr double own_move = 0.15, other_move = 0.6;
+
+/// The leaves that a level runs through, each as often as `weight(level)` says. Hats that reach into a leaf
+/// from finer cells beside it are left out.
+template <class Weight>
+double crossed_leaves(const shell::ShellData& shell, double level, Weight&& weight) {
+    double sum = 0;
+    for (std::size_t l = 0; l < shell.octree.levels.size(); ++l) {
+        const Array<double>& values = shell.field.values[l];
+        const octree::Level& cells = shell.octree.levels[l];
+        std::vector<std::uint64_t> counts(chunk_count(cells.groups(), value_grain));
+        for_chunks(cells.groups(), value_grain,
+                   [&](std::uint64_t chunk, std::uint64_t begin, std::uint64_t end) {
+                       for (std::uint64_t group = begin; group < end; ++group)
+                           for (int child = 0; child < 8; ++child) {
+                               if (l > 0 && cells.mask[group] >> child & 1) continue;
+                               int below = 0;
+                               for (int c = 0; c < 8; ++c)
+                                   below += values[octree::group_points * group +
+                                                   std::uint64_t(octree::group_point(child, c))] < level;
+                               counts[chunk] += below != 0 && below != 8;
+                           }
+                   });
+        for (const std::uint64_t count : counts) sum += weight(int(l)) * double(count);
     }
-    if (ratio < 2) return sheets * cells;
-    const int level = std::min(std::ilogb(ratio), depth);
-    const double width = std::ldexp(1.0, level);
-    return sheets *
-           (cells + double(octree.levels[std::size_t(level) - 1].groups()) * (width / ratio) * (width / ratio));
+    return sum;
+}
+
+/// Expected of the cells of another lattice, or of the finest, that the surface runs through.
+double expected_cells(const shell::ShellData& shell, const SurfaceOptions& options, double own) {
+    const double ratio = options.resolution > 0 ? double(shell.lattice.scale_cells()) / options.resolution : 1;
+    double level = own;
+    if (options.level)
+        level = *options.level / shell.lattice.width;
+    else if (options.side != SurfaceSide::zero)
+        level += (options.side == SurfaceSide::outer ? 1 : -1) *
+                 (options.resolution > 0 ? other_move : own_move) * ratio;
+    // Surfaces of a side's own level are near M, where leaves are small. Signs at corners say more often that a
+    // larger leaf is crossed than it is, as finer hats reach into it.
+    const auto area = [&](int l) {
+        if (l > 2 && !options.level) return 0.0;
+        return l == 0 ? 1.0 : std::ldexp(0.75, 2 * l);
+    };
+    return crossed_leaves(shell, level, area) / (ratio * ratio);
+}
+
+/// Of adaptive shells.
+double expected_leaves(const shell::ShellData& shell) {
+    const double sheets = shell.info.sign == SignRule::unsigned_rule ? 2.0 : 1.0;
+    return sheets * double(shell.octree.surface_cells());
+}
+
+double with_measuring(const shell::ShellData& shell, const SurfaceOptions& options, double bytes,
+                      double cells) {
+    if (!options.measure) return bytes;
+    return std::max(bytes,
+                    measured_bytes * cells + measured_bytes_per_triangle * double(shell.mesh.triangles.size()));
 }
 
 std::unique_ptr<LevelSource> make_source(const shell::ShellData& shell, const SurfaceOptions& options,
@@ -227,8 +267,9 @@ struct Extraction {
           source(make_source(of, with, guard)),
           frame{source->grid(), with.side, 0} {
         const bool own = is_own_lattice(of, with.resolution);
-        const double expected = expected_cells(of, own ? 0 : with.resolution);
-        guard.check_expected(own ? own_bytes * expected : other_base + other_bytes * expected,
+        const double expected = expected_cells(of, with, own_level(of, with.side));
+        const double bytes = own ? own_bytes * expected : other_base + other_bytes * expected;
+        guard.check_expected(with_measuring(of, with, bytes, expected),
                              own ? double(of.lattice.scale_cells()) : with.resolution);
     }
 
@@ -358,7 +399,9 @@ Surface extract_from_leaves(const shell::ShellData& shell, const SurfaceOptions&
     Parts all(progress);
     check_values(shell);
     MemoryGuard guard(options.max_memory);
-    guard.check_expected(leaf_bytes * expected_cells(shell, 0), double(shell.lattice.scale_cells()));
+    const double leaves = expected_leaves(shell);
+    guard.check_expected(with_measuring(shell, options, leaf_bytes * leaves, leaves),
+                         double(shell.lattice.scale_cells()));
     const Grid grid = finest_source(shell, make_rounding(shell.lattice, options.coordinates))->grid();
     const double own = own_level(shell, options.side), width = shell.lattice.width;
     std::optional<double> given;
