@@ -201,7 +201,7 @@ double Maker::measure(const Vec3& p, std::span<const Point> ends, distance::Near
         if (value == nullptr) continue;
         const double known = *value + task_.level;
         const double way = norm(p - task_.lattice.position({end[0], end[1], end[2]}));
-        if (way < 0.999 * std::max(distance, std::abs(known)))
+        if (tree_.same_side(way, std::max(distance, std::abs(known))))
             return (known < 0 ? -distance : distance) - task_.level;
     }
     return (task_.field.inside(p) ? -distance : distance) - task_.level;
@@ -437,7 +437,7 @@ std::vector<Vec3> one_vertex_each(const mesh::Arrays& mesh) {
 std::vector<std::uint32_t> Maker::wrong_sides(OffsetSurface& result) const {
     const Mesh& mesh = result.mesh;
     if (demand_.inner && mesh.triangles.empty())
-        return tree_.wide_leaves(demand_.limits.upper - demand_.limits.lower);
+        return tree_.wide_leaves((demand_.limits.upper - demand_.limits.lower) / 2);
     std::vector<std::uint32_t> halved;
     const auto blame_leaf = [&](const Vec3& p) {
         const std::uint32_t leaf = tree_.leaf_of(p);

@@ -5,6 +5,7 @@
 
 #include "adaptive/growing_tree.h"
 #include "base/parallel.h"
+#include "base/rounding.h"
 #include "geometry/vec3.h"
 #include "octree/neighbours.h"
 
@@ -18,8 +19,8 @@ constexpr int coarsest = 4;
 /// Of a cube's side: from the middle to a corner; and from the middle of one of eight cubes to the corners of
 /// all, whose values may decide about its own.
 constexpr double to_corner = 0.8660254037844388, to_far_corner = 3 * to_corner;
-/// What is known of a side holds within this part of a distance, which errs by a few roundings.
-constexpr double certain = 1 - 0x1p-20;
+/// Distances err by 144uR (its/distance.h), and ways by less than 16uR; R is the largest coordinate.
+constexpr double distance_roundings = 256;
 
 }  // namespace
 
@@ -38,7 +39,9 @@ void PointValues::insert(std::uint64_t key, double value) {
 }
 
 OffsetTree::OffsetTree(const OffsetTask& task, surface::MemoryGuard& guard, const Progress& progress)
-    : task_(task), guard_(guard) {
+    : task_(task),
+      guard_(guard),
+      rounding_(distance_roundings * unit_roundoff * task.lattice.reach() * task.lattice.width) {
     Node root{{0, 0, 0}, task.lattice.depth + 1, outside};
     nodes_.push_back(root);
     const Vec3 centre = position(twice_centre(root));
@@ -72,7 +75,7 @@ double OffsetTree::evaluate(const Vec3& p, const Vec3& from, double value) const
     distance::Nearest nearest = task_.field.tree().find(p, bound);
     if (!std::isfinite(nearest.squared)) nearest = task_.field.tree().find(p);
     const double distance = std::sqrt(nearest.squared);
-    const bool inside = way < certain * std::max(distance, std::abs(known)) ? known < 0 : task_.field.inside(p);
+    const bool inside = same_side(way, std::max(distance, std::abs(known))) ? known < 0 : task_.field.inside(p);
     return (inside ? -distance : distance) - task_.level;
 }
 

@@ -90,6 +90,8 @@ public:
     /// Leaves that may be crossed, as far as their middles tell, and are wider than this.
     std::vector<std::uint32_t> wide_leaves(double width) const;
     const PointValues& values() const { return values_; }
+    /// Whether two points this far from each other are on one side of M, as one is at this distance from it.
+    bool same_side(double way, double distance) const { return way + rounding_ < distance; }
 
 private:
     static constexpr std::uint32_t outside = ~std::uint32_t{0};
@@ -120,6 +122,7 @@ private:
     surface::MemoryGuard& guard_;
     std::vector<Node> nodes_;
     PointValues values_;
+    double rounding_;            ///< of a distance and a way between points
     std::uint64_t counted_ = 0;  ///< bytes that the guard knows of
 };
 

@@ -64,13 +64,15 @@ Plan make_plan(const Box& bounds, const WrapOptions& options) {
     const double side = longest_side(bounds);
     Plan plan{options.clearance, options.slack, {}, {}, {}};
     if (plan.slack == 0) plan.slack = std::max(0.02 * options.clearance, 0.001 * side);
+    if (!(plan.slack > 0))
+        throw OptionError("all of the mesh is in one point, which a slack does not follow from; give one");
     const double away = plan.clearance + plan.slack;
     Box frame = bounds;
     for (int axis = 0; axis < 3; ++axis) frame.min[axis] -= away, frame.max[axis] += away;
     octree::require_size(frame);
     const double width = longest_side(frame);
-    int depth =
-        std::clamp(int(std::ceil(std::log2(cells_in_slack * width / plan.slack))), least_depth, most_depth);
+    const double wanted = std::ceil(std::log2(cells_in_slack * (width / plan.slack)));
+    int depth = int(std::clamp(wanted, double(least_depth), double(most_depth)));
     depth = std::max(octree::deepest_lattice(frame, depth), octree::least_levels);
     for (;; --depth) {
         plan.lattice = octree::make_nested_lattice(frame, depth, octree::least_levels);

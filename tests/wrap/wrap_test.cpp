@@ -177,6 +177,9 @@ TEST(Wrap, RefusesWhatCannotBe) {
     EXPECT_THROW(wrap(box, {.clearance = 1, .slack = -1}), OptionError);
     EXPECT_THROW(wrap(box, {.clearance = 1, .slack = 1e-12}), OptionError);
     EXPECT_THROW(wrap(Mesh{}, {}), InputError);
+    const Mesh point{{{1, 2, 3}}, {{0, 0, 0}}};
+    EXPECT_THROW(wrap(point, {}), OptionError);
+    expect_sound(point, {.clearance = 0.5, .slack = 0.1});
     EXPECT_THROW(wrap(box, {.slack = 1e-3, .max_memory = 100'000}), MemoryError);
     WrapOptions stopped{.slack = 0.01};
     stopped.run.progress = [](std::string_view, double fraction) { return fraction < 0.2; };
