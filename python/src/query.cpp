@@ -102,7 +102,7 @@ void winding_number(const Shell& shell, const Points& points, const OutRows<doub
     });
 }
 
-constexpr std::uint64_t block = 1 << 14;  ///< points whose closest points are kept at a time
+constexpr std::uint64_t block = 1 << 17;  ///< points that are searched together and kept at a time
 
 void report(const Run& run, const char* stage, double done) {
     if (run.progress && !run.progress(stage, done)) throw Cancelled("stopped by the caller");
