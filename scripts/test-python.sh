@@ -23,8 +23,8 @@ fi
 # The same flags as scripts/test.sh: ccache has compiled the library already.
 "$python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
     -C cmake.define.ITS_WERROR=ON .
-"$venv/bin/ruff" format --check python bench/python_peers.py
-"$venv/bin/ruff" check python bench/python_peers.py
+"$venv/bin/ruff" format --check python bench/python_peers.py bench/batch_overhead.py
+"$venv/bin/ruff" check python bench/python_peers.py bench/batch_overhead.py
 "$venv/bin/mypy" -p its --python-executable "$python"
 "$venv/bin/mypy" python/tests --python-executable "$python"
 PYTHONDONTWRITEBYTECODE=1 "$python" -m pytest "$@"

@@ -7,6 +7,7 @@ Install the distribution ``implicit-thin-shell``; the package is ``its``. Negati
 >>> shell.contains([[0, 0, 0], [9, 9, 9]])
 """
 
+from ._batch import BatchReport, BuildJob, Done, batch
 from ._errors import (
     Cancelled,
     Error,
@@ -40,10 +41,13 @@ from ._reports import (
 from ._shell import Page, Shell, Side, build, from_bytes, load
 
 __all__ = [
+    "BatchReport",
+    "BuildJob",
     "Cancelled",
     "Check",
     "Closest",
     "CornerValues",
+    "Done",
     "Error",
     "FileError",
     "FileWarning",
@@ -69,6 +73,7 @@ __all__ = [
     "WrongPart",
     "__version__",
     "as_mesh",
+    "batch",
     "build",
     "check",
     "from_bytes",

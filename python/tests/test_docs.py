@@ -28,6 +28,7 @@ def _examples(page: Path) -> list[str]:
 def test_examples_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     its.write("model.stl", torus())
+    Path("models").mkdir()
     if page.endswith(".ipynb") and not _its.has_page:
         pytest.skip("it shows a page, and the package was built without")
     names: dict[str, Any] = {}
