@@ -24,6 +24,7 @@ enum ExitStatus : int { done = 0, check_failed = 1, bad_input = 2 };
 using Action = std::function<int()>;
 
 /// Declares the options of one command on `app`, and returns what runs it. One source file each.
+Action add_batch(CLI::App& app);
 Action add_build(CLI::App& app);
 Action add_check(CLI::App& app);
 Action add_info(CLI::App& app);
@@ -149,6 +150,12 @@ void check_output(const std::filesystem::path& output, const std::filesystem::pa
 
 /// The numbers that a file of this name keeps: results are made of these, so that what is proven holds for it.
 Coordinates coordinates_of(const std::filesystem::path& output, bool single);
+
+/// Thrown by a command that was interrupted after it had written something; what() says what there is.
+class StoppedMidway : public Cancelled {
+public:
+    using Cancelled::Cancelled;
+};
 
 /// From now on the first SIGINT or SIGTERM is remembered; a second one kills.
 void catch_interruptions();

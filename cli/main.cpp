@@ -46,6 +46,7 @@ Action add_view(CLI::App& app) {
 #endif
 
 constexpr Command commands[] = {
+    {"batch", "Do one command with every mesh of a folder, resumable, each in a process of its own", add_batch},
     {"build", "Build the implicit thin shell of a mesh", add_build},
     {"info", "Show what a shell holds, and how it was built", add_info},
     {"check", "Report the defects of a mesh, and which sign rule would be chosen", add_check},
@@ -150,8 +151,9 @@ int main(int argc, char** argv) {
         if (interruption() != 0)
             print_message("warning", "the interruption came too late: everything is done and written");
         return flush_output(status);
-    } catch (const its::Cancelled&) {
-        print_message("error", "stopped; nothing was written");
+    } catch (const its::Cancelled& error) {
+        const auto* const midway = dynamic_cast<const StoppedMidway*>(&error);
+        print_message("error", midway != nullptr ? midway->what() : "stopped; nothing was written");
         return interruption() != 0 ? 128 + interruption() : bad_input;
     } catch (const its::Error& error) {
         print_message("error", error.what());

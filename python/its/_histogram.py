@@ -43,6 +43,6 @@ def _panel(name: str, values: list[float], at: int) -> str:
         f'<line x1="{x}" y1="{base + 0.5}" x2="{x + _width}" y2="{base + 0.5}" stroke="#555"/>'
         f'<text x="{x}" y="{base + 16}">{shown[0]:.4g}</text>'
         f'<text x="{x + _width}" y="{base + 16}" text-anchor="end">{shown[1]:.4g}</text>'
-        f'<text x="{x + _width}" y="{y + 16}" text-anchor="end" fill="#555">{len(values):,} meshes, '
+        f'<text x="{x + _width // 2}" y="{base + 32}" text-anchor="middle" fill="#555">{len(values):,} meshes, '
         f"at most {counts.max():,} a bar</text>"
     )

@@ -1,0 +1,48 @@
+#include "manifest.h"
+
+#include <fmt/core.h>
+
+#include <cstdint>
+#include <iterator>
+#include <utility>
+
+#include "its/base.h"
+
+namespace its::cli {
+
+Manifest::Manifest(const std::filesystem::path& path) : path_(path), hold_(path) {
+    if (!hold_.held()) throw FileError(fmt::format("{}: another run is at work in this folder", path.string()));
+    read();
+    file_.open(path_, std::ios::app | std::ios::binary);
+}
+
+const Json* Manifest::find(const std::string& mesh) const {
+    const auto found = lines_.find(mesh);
+    return found == lines_.end() ? nullptr : &found->second;
+}
+
+void Manifest::add(const std::string& mesh, Json line) {
+    file_ << line.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n' << std::flush;
+    if (!file_) throw FileError(fmt::format("cannot write '{}'", path_.string()));
+    lines_[mesh] = std::move(line);
+}
+
+/// A run that was killed may have left half a line: it is cut off.
+void Manifest::read() {
+    std::ifstream file(path_, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    std::uint64_t number = 0;
+    std::size_t begin = 0;
+    for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+        ++number;
+        Json line = Json::parse(text.begin() + std::ptrdiff_t(begin), text.begin() + std::ptrdiff_t(end),
+                                nullptr, false);
+        if (!line.is_object() || !line.contains("mesh") || !line["mesh"].is_string())
+            throw FileError(fmt::format("{}: line {} is none of a manifest", path_.string(), number));
+        const std::string mesh = line["mesh"];
+        lines_[mesh] = std::move(line);
+    }
+    if (begin < text.size()) std::filesystem::resize_file(path_, begin);
+}
+
+}  // namespace its::cli
