@@ -1,8 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -56,7 +57,8 @@ std::vector<Vec3> hard_points(const Mesh& mesh, std::uint64_t seed) {
 }
 
 bool same(const ClosestPoint& a, const ClosestPoint& b) {
-    return std::memcmp(&a, &b, sizeof a) == 0;
+    using Bits = std::array<std::uint64_t, sizeof(ClosestPoint) / sizeof(std::uint64_t)>;
+    return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
 
 void expect_single_answers(const Mesh& mesh, const std::vector<Vec3>& points) {
@@ -255,8 +257,9 @@ std::vector<std::uint32_t> in_order(const std::vector<Vec3>& points) {
 
 TEST(CurveOrder, StepsToANeighbourOnAGrid) {
     std::vector<Vec3> points;
-    constexpr int n = 16;
-    for (int i = 0; i < n * n * n; ++i) points.push_back({double(i % n), double(i / n % n), double(i / n / n)});
+    for (double x = 0; x < 16; ++x)
+        for (double y = 0; y < 16; ++y)
+            for (double z = 0; z < 16; ++z) points.insert(points.end(), Vec3{x, y, z});
     std::shuffle(points.begin(), points.end(), std::mt19937_64(1));
     const std::vector<std::uint32_t> order = in_order(points);
     EXPECT_EQ(std::set<std::uint32_t>(order.begin(), order.end()).size(), points.size());
