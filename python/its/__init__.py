@@ -39,10 +39,12 @@ from ._reports import (
     weld,
 )
 from ._shell import Page, Shell, Side, build, from_bytes, load
+from ._wrap import CageCheck, Wrap, offset, verify_cage, wrap
 
 __all__ = [
     "BatchReport",
     "BuildJob",
+    "CageCheck",
     "Cancelled",
     "Check",
     "Closest",
@@ -70,6 +72,7 @@ __all__ = [
     "Surface",
     "Verification",
     "WindingNumber",
+    "Wrap",
     "WrongPart",
     "__version__",
     "as_mesh",
@@ -79,8 +82,11 @@ __all__ = [
     "from_bytes",
     "load",
     "mesh_distance",
+    "offset",
     "read",
     "simplify",
+    "verify_cage",
     "weld",
+    "wrap",
     "write",
 ]

@@ -14,6 +14,7 @@ NB_MODULE(_its, module) {
     bind_surface(module);
     bind_simplify(module);
     bind_verify(module);
+    bind_wrap(module);
 #ifdef ITS_PAGE
     bind_page(module);
     module.attr("has_page") = true;

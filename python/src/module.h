@@ -17,5 +17,6 @@ void bind_shell(nb::module_& module);
 void bind_simplify(nb::module_& module);
 void bind_surface(nb::module_& module);
 void bind_verify(nb::module_& module);
+void bind_wrap(nb::module_& module);
 
 }  // namespace its::python
