@@ -34,9 +34,6 @@ constexpr double cells_in_slack = 64, least_cells_in_slack = 8;
 constexpr int least_depth = 6, most_depth = 18;
 /// Of the slack: bends of the function beyond which a cell is halved before there is a surface to look at.
 constexpr double coarse_bend = 0.75;
-/// A slack is at least this many times what bounds err by.
-constexpr double least_roundings = 16;
-
 double longest_side(const Box& box) {
     const Vec3 d = box.max - box.min;
     return std::max({d.x, d.y, d.z});
