@@ -173,6 +173,15 @@ TEST(Corpus, TheTableKnowsEveryFile) {
     EXPECT_GT(known.size(), 20);
 }
 
+TEST(Corpus, AFileOfPointsIsAsked) {
+    const Workshop shop;
+    const std::string shell = shop.path("shell.its"), sides = shop.path("sides.csv");
+    ASSERT_EQ(run({"build", (data / "cube.obj").string(), "-o", shell}).status, 0);
+    const Result result = run({"query", shell, (data / "decimal_commas.csv").string(), "-o", sides});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(content(sides), "x,y,z,code\n0.5,0.25,1.5,1\n0.5,0.5,0.5,-1\n1.5,1.5,2.5,1\n");
+}
+
 TEST(SlowCorpus, FilesOfTheRepository) {
     go_through(data, table());
 }
