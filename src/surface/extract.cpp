@@ -48,7 +48,7 @@ constexpr double own_bytes = 200;
 /// On others: points of a window of levels (5 of 16 bytes), cells of a few levels (1.3 times 80), bounds of f
 /// on one side, by pieces and as sorted (90).
 constexpr double other_bytes = 270, other_base = 4e6;
-/// On the cells of an adaptive shell, for each of its surface cells: four cells of the range of levels, halved
+/// On the cells of an adaptive shell, for each that the level runs through: four of the range of levels, halved
 /// ones among them (88 bytes each), of which two are crossed (160 each, src/surface/leaf_surface.cpp).
 constexpr double leaf_bytes = 4 * 88 + 2 * 160;
 
@@ -102,10 +102,9 @@ double expected_cells(const shell::ShellData& shell, const SurfaceOptions& optio
     return crossed_leaves(shell, level, area) / (ratio * ratio);
 }
 
-/// Of adaptive shells.
-double expected_leaves(const shell::ShellData& shell) {
-    const double sheets = shell.info.sign == SignRule::unsigned_rule ? 2.0 : 1.0;
-    return sheets * double(shell.octree.surface_cells());
+/// Of adaptive shells: leaves.
+double expected_leaves(const shell::ShellData& shell, double level) {
+    return crossed_leaves(shell, level, [](int) { return 1.0; });
 }
 
 double with_measuring(const shell::ShellData& shell, const SurfaceOptions& options, double bytes,
@@ -399,14 +398,14 @@ Surface extract_from_leaves(const shell::ShellData& shell, const SurfaceOptions&
     Parts all(progress);
     check_values(shell);
     MemoryGuard guard(options.max_memory);
-    const double leaves = expected_leaves(shell);
-    guard.check_expected(with_measuring(shell, options, leaf_bytes * leaves, leaves),
-                         double(shell.lattice.scale_cells()));
     const Grid grid = finest_source(shell, make_rounding(shell.lattice, options.coordinates))->grid();
     const double own = own_level(shell, options.side), width = shell.lattice.width;
     std::optional<double> given;
     if (options.level) given = *options.level / width;
     if (!given && (options.side == SurfaceSide::zero || !options.certify)) given = own;
+    const double leaves = expected_leaves(shell, given.value_or(own));
+    guard.check_expected(with_measuring(shell, options, leaf_bytes * leaves, leaves),
+                         double(shell.lattice.scale_cells()));
     LeafSurface found = extract_leaf_surface(shell, grid, options.side, given, own, options.certify, guard,
                                              all.until(options.measure ? 0.45 : 0.95));
     check_inside_root(shell, found.level);
