@@ -13,7 +13,8 @@
 /// What the main() of every benchmark and tool does.
 namespace its::bench {
 
-/// An option that the program does not know. \throws OptionError
+/// An option that the program does not know.
+/// \throws OptionError
 [[noreturn]] inline void refuse(std::string_view option) {
     throw OptionError(fmt::format("'{}' is no option; see --help", option));
 }

@@ -55,7 +55,8 @@ struct CommonOptions {
     void declare(CLI::App& app, const std::string& example);
 
     /// Bytes that a call may take while the program holds `held` bytes of input; 0: three quarters of what is
-    /// free. \throws MemoryError if the program and its input leave nothing
+    /// free.
+    /// \throws MemoryError if the program and its input leave nothing
     std::uint64_t memory_beside(std::uint64_t held) const;
     /// \throws MemoryError if `what`, of about `bytes`, is more than memory_beside(held)
     void require_memory(std::uint64_t bytes, std::uint64_t held, const std::string& what) const;
@@ -105,7 +106,8 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, const Choices<
     return added;
 }
 
-/// A vector or point given as x,y,z. \throws CLI::ValidationError naming `option`.
+/// A vector or point given as x,y,z.
+/// \throws CLI::ValidationError naming `option`.
 Vec3 parse_vector(const std::string& option, const std::string& text);
 /// Two numbers given as a,b.
 std::pair<double, double> parse_pair(const std::string& option, const std::string& text);
@@ -131,7 +133,8 @@ auto naming_file(const std::filesystem::path& file, F&& fn) {
     }
 }
 
-/// Reads a mesh, and prints its warnings to standard error. \throws Error, Cancelled.
+/// Reads a mesh, and prints its warnings to standard error.
+/// \throws Error, Cancelled.
 MeshFile read_mesh_with_warnings(const std::filesystem::path& path, const CommonOptions& common,
                                  const ReadOptions& options = {});
 
@@ -140,12 +143,14 @@ std::uint64_t memory_of(const Mesh& mesh);
 /// Bytes of a file, 0 if it has none; what is wrong with it is said where it is read.
 std::uint64_t size_of(const std::filesystem::path& path);
 
-/// Reads a shell. \throws Error that names the file
+/// Reads a shell.
+/// \throws Error that names the file
 ThinShell load_shell(const std::filesystem::path& path, const CommonOptions& options,
                      LoadCheck check = LoadCheck::full);
 
-/// Refuses an output that cannot be written, before any long work: a missing folder, a folder in its place,
-/// no permission, or the same file as the input. \throws FileError.
+/// Refuses an output that cannot be written, before any long work: a missing folder, a folder in its place, no
+/// permission, or the same file as the input.
+/// \throws FileError.
 void check_output(const std::filesystem::path& output, const std::filesystem::path& input);
 
 /// The numbers that a file of this name keeps: results are made of these, so that what is proven holds for it.

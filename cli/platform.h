@@ -34,7 +34,8 @@ struct Ended {
 };
 
 /// Runs a program, words[0], whose children end with it, and which ends with this process, however that ends.
-/// An interruption from the terminal does not reach it. \param seconds  after which it is killed; 0: never
+/// An interruption from the terminal does not reach it.
+/// \param seconds  after which it is killed; 0: never
 /// \param stop     asked now and then: whether to kill it
 /// \throws Error where programs cannot be run
 Ended run_program(const std::vector<std::string>& words, double seconds, const std::function<bool()>& stop);

@@ -11,7 +11,8 @@ namespace its::cli {
 class UpOption {
 public:
     void declare(CLI::App& app);
-    /// Refuses an output that has no place for it, before any long work. \throws OptionError
+    /// Refuses an output that has no place for it, before any long work.
+    /// \throws OptionError
     void check(const std::filesystem::path& output) const;
     /// How a mesh is written there whose coordinates are 32-bit numbers about this origin, if .glb has them.
     /// Warns of a file that others may read less exactly.

@@ -37,7 +37,8 @@ public:
     ///         more, that no computation has both, indices out of range), OptionError (run)
     explicit ClosestPoints(const MeshView& mesh, const Run& run = {});
 
-    /// The closest point to one point. Allocates nothing. \throws InputError if it is not finite.
+    /// The closest point to one point. Allocates nothing.
+    /// \throws InputError if it is not finite.
     ClosestPoint find(const Vec3& point) const;
 
     /// The same for many: results[i] for points[i], the same bits as those of single calls, in whatever order
@@ -70,8 +71,8 @@ std::optional<Side> parse_side(std::string_view name);
 class ClosestSides {
 public:
     /// Copies the mesh: that of a shell (ThinShell::mesh_view()), or any whose triangles face outward. Reports
-    /// no progress. \throws InputError (as ClosestPoints, or an edge that is not used as often in one direction
-    /// as in the
+    /// no progress.
+    /// \throws InputError (as ClosestPoints, or an edge that is not used as often in one direction as in the
     ///         other), OptionError (run), MemoryError
     explicit ClosestSides(const MeshView& mesh, const Run& run = {});
 

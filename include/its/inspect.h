@@ -123,12 +123,14 @@ struct MeshReport {
 MeshReport inspect(const MeshView& mesh, const Run& run = {});
 
 /// The mesh as `auto` builds it: triangles that MeshReport::turned counts have their second and third corner
-/// exchanged, all else is the same. Reports no progress. \throws as inspect().
+/// exchanged, all else is the same. Reports no progress.
+/// \throws as inspect().
 Mesh oriented(const MeshView& mesh, const Run& run = {});
 
 /// The mesh as `auto` builds it, and its closed parts turned around by nesting: those that lie in no other face
 /// outward, those in them inward, and so on: solid, cavity, solid. Parts that overlap others stay as they are.
-/// Reports no progress. \throws as inspect().
+/// Reports no progress.
+/// \throws as inspect().
 Mesh turn_parts(const MeshView& mesh, const Run& run = {});
 
 }  // namespace its

@@ -95,7 +95,8 @@ struct MeshView {
     MeshView(const ArrayView& points, const ArrayView& corners) : vertices(points), triangles(corners) {}
 };
 
-/// A copy of its own. \throws as MeshView says
+/// A copy of its own.
+/// \throws as MeshView says
 Mesh to_mesh(const MeshView& mesh);
 
 /// Values at the corners of a mesh's triangles: corner k of triangle t has values[corners[t][k]]. Where

@@ -33,8 +33,9 @@ struct ReadOptions {
 /// \throws FileError if the file cannot be read; InputError if it holds no usable triangle or is malformed.
 MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options = {});
 
-/// The same of a file's bytes. \param extension  of its name, such as ".obj": what decides where the bytes do
-/// not; may be empty. \throws InputError as read_mesh(), and where a .gltf file needs others
+/// The same of a file's bytes.
+/// \param extension  of its name, such as ".obj": what decides where the bytes do not; may be empty.
+/// \throws InputError as read_mesh(), and where a .gltf file needs others
 MeshFile decode_mesh(std::span<const std::byte> bytes, std::string_view extension = {},
                      const ReadOptions& options = {});
 
@@ -49,8 +50,8 @@ struct WriteOptions {
     /// of the meshes' bounds where they are far from the origin for their size.
     std::optional<Vec3> origin = {};
     /// GLB: the axis of the coordinates that points upwards. Its nodes turn it to y, which glTF calls up, by a
-    /// matrix of 0 and ±1; the coordinates stay as they are. unknown: nothing is turned. \throws OptionError
-    /// for formats without nodes
+    /// matrix of 0 and ±1; the coordinates stay as they are. unknown: nothing is turned.
+    /// \throws OptionError for formats without nodes
     UpAxis up = UpAxis::unknown;
 };
 
@@ -73,7 +74,8 @@ struct EncodedMesh {
     std::vector<std::string> warnings;
 };
 
-/// What write_mesh() would write, in memory. \param extension  ".obj", ".stl", ".ply", ".off" or ".glb"
+/// What write_mesh() would write, in memory.
+/// \param extension  ".obj", ".stl", ".ply", ".off" or ".glb"
 /// \throws OptionError, InputError as write_mesh()
 EncodedMesh encode_mesh(const MeshView& mesh, std::string_view extension, const WriteOptions& options = {},
                         const MeshAttributes& attributes = {});
@@ -94,12 +96,14 @@ struct NamedMesh {
     MeshView mesh;     ///< its arrays must exist until the file is written
 };
 
-/// Writes meshes as nodes of one .glb file, in the same way. \throws FileError; InputError (no triangles, more
-/// than the format's 4 GB, coordinates that are no 32-bit numbers, indices out of range).
+/// Writes meshes as nodes of one .glb file, in the same way.
+/// \throws FileError; InputError (no triangles, more than the format's 4 GB, coordinates that are no 32-bit
+///         numbers, indices out of range).
 void write_glb(std::span<const NamedMesh> meshes, const std::filesystem::path& path,
                const WriteOptions& options = {});
 
-/// The same in memory. \throws InputError as write_glb()
+/// The same in memory.
+/// \throws InputError as write_glb()
 std::vector<std::byte> encode_glb(std::span<const NamedMesh> meshes, const WriteOptions& options = {});
 
 }  // namespace its

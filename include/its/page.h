@@ -25,10 +25,12 @@ struct ViewOptions {
 };
 
 /// The page: one HTML text that loads nothing else. It has the mesh and the surfaces, rounded to 2⁻¹⁹ of s, f
-/// on a grid of samples, and the numbers of the build. \throws OptionError, MemoryError, Cancelled.
+/// on a grid of samples, and the numbers of the build.
+/// \throws OptionError, MemoryError, Cancelled.
 std::string view_page(const ThinShell& shell, const ViewOptions& options = {});
 
-/// Writes view_page() to a temporary name that is then renamed. \throws as view_page(), FileError.
+/// Writes view_page() to a temporary name that is then renamed.
+/// \throws as view_page(), FileError.
 void write_view(const ThinShell& shell, const std::filesystem::path& path, const ViewOptions& options = {});
 
 }  // namespace its

@@ -47,7 +47,8 @@ struct RenderOptions {
 };
 
 /// The mesh, its inner and outer surface side by side, and all three cut open, one less than the other; traced
-/// with soft light. Needs neither a display nor a graphics card. \throws OptionError, MemoryError, Cancelled.
+/// with soft light. Needs neither a display nor a graphics card.
+/// \throws OptionError, MemoryError, Cancelled.
 Image render(const ThinShell& shell, const RenderOptions& options = {});
 
 /// Writes a PNG to a temporary name that is then renamed.

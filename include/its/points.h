@@ -53,7 +53,8 @@ struct PointColumns {
 void write_points(const std::filesystem::path& path, std::span<const Vec3> points,
                   std::span<const std::int8_t> codes, std::span<const PointColumns> columns = {});
 
-/// Refuses an extension that the two functions above do not know. \throws OptionError.
+/// Refuses an extension that the two functions above do not know.
+/// \throws OptionError.
 void check_points_extension(const std::filesystem::path& path);
 
 }  // namespace its

@@ -57,7 +57,8 @@ public:
     /// times; under SignRule::unsigned_rule never; under SignRule::generalized iff its generalized winding
     /// number is over ½ and it lies in M's bounding box. That is no whole number; where it is so near to ½ that
     /// its proven error, see winding_number(), leaves both sides possible, uncertain. Method:
-    /// docs/design/query.md. \throws InputError if a coordinate is NaN or infinite
+    /// docs/design/query.md.
+    /// \throws InputError if a coordinate is NaN or infinite
     Side classify(const Vec3& point) const;
 
     /// Whether a point is inside or on the surface.
@@ -75,7 +76,8 @@ public:
     WindingNumber winding_number(const Vec3& point) const;
 
     /// The side by f and ε₁, ε₂ alone, as in the paper: every point of M is on_shell, and so is a thin layer
-    /// around it. \throws InputError if a coordinate is NaN or infinite
+    /// around it.
+    /// \throws InputError if a coordinate is NaN or infinite
     ShellSide classify_shell(const Vec3& point) const;
 
     /// The paper's way to a side for every point: by f where that decides, by the nearest point for those that

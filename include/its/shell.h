@@ -139,7 +139,8 @@ public:
     Vec3 gradient(const Vec3& point) const;
 
     /// Grid points of all levels; one position on two levels counts twice. Counted anew at each call, in linear
-    /// time, unless the shell was loaded from a file. Reports no progress. \throws OptionError (run).
+    /// time, unless the shell was loaded from a file. Reports no progress.
+    /// \throws OptionError (run).
     std::uint64_t grid_points(const Run& run = {}) const;
 
 private:
@@ -169,7 +170,8 @@ std::array<std::uint64_t, 2> input_hash(const MeshView& mesh, const BuildOptions
 
 /// Bytes that build() would take at its peak for this mesh and depth, with the sign rule that it would choose:
 /// an estimate from cells of twice the width, which are counted, or larger ones where that would take long.
-/// build() checks again, exactly, once the finest cells are counted. Reports no progress. \throws as build()
+/// build() checks again, exactly, once the finest cells are counted. Reports no progress.
+/// \throws as build()
 std::uint64_t estimate_memory(const MeshView& mesh, int depth, const Run& run = {});
 
 }  // namespace its

@@ -13,12 +13,14 @@
 /// The .its file: a built shell with everything that queries need.
 namespace ITS_API its {
 
-/// Writes the shell to a temporary name beside `path`, then renames it: an existing file is replaced only by
-/// a complete one. The same shell gives the same bytes; docs/design/file-format.md specifies them.
-/// Reports no progress. \throws FileError, OptionError (run).
+/// Writes the shell to a temporary name beside `path`, then renames it: an existing file is replaced only by a
+/// complete one. The same shell gives the same bytes; docs/design/file-format.md specifies them. Reports no
+/// progress.
+/// \throws FileError, OptionError (run).
 void save(const ThinShell& shell, const std::filesystem::path& path, const Run& run = {});
 
-/// The bytes of that file, in memory of the caller. \throws OptionError (run).
+/// The bytes of that file, in memory of the caller.
+/// \throws OptionError (run).
 std::vector<std::byte> encode(const ThinShell& shell, const Run& run = {});
 
 /// How much of a file is examined before load() returns. No file, damaged by accident or on purpose, makes any
@@ -51,7 +53,8 @@ std::optional<LoadCheck> parse_load_check(std::string_view name);
 /// it is to be copied and larger than the free memory; OptionError (run).
 ThinShell load(const std::filesystem::path& path, const LoadOptions& options = {});
 
-/// The shell in the bytes of an .its file, which are copied; LoadOptions::map is not used. \throws as load().
+/// The shell in the bytes of an .its file, which are copied; LoadOptions::map is not used.
+/// \throws as load().
 ThinShell decode(std::span<const std::byte> bytes, const LoadOptions& options = {});
 
 }  // namespace its

@@ -108,7 +108,8 @@ Simplified simplify(const MeshView& mesh, const SimplifyOptions& options = {});
 /// The same with attributes. Seams (edges where colours or texture coordinates jump) are held: their vertices
 /// go only by merging along the seam, none moves, and both sides keep their values there. Hence no triangle of
 /// the result has values of two sides of a seam. Elsewhere a vertex has the values of a nearest point of M on
-/// its own side, interpolated. Normals are computed anew. \throws besides, as check_attributes()
+/// its own side, interpolated. Normals are computed anew.
+/// \throws besides, as check_attributes()
 Simplified simplify(const MeshView& mesh, const MeshAttributes& attributes,
                     const SimplifyOptions& options = {});
 

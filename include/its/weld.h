@@ -24,9 +24,9 @@ struct Welded {
 /// neighbours connects: what is left is at least `length` apart, and the result does not depend on any order
 /// but for which position stays: that of the lowest number. Vertices and triangles keep their numbers; vertices
 /// that no triangle uses any more stay where they are. Triangles two or three of whose corners became one are
-/// then segments or points: they belong to M, but have no effect on what is inside. \param length  mesh units,
-/// 0: nothing changes \throws OptionError if it is negative or not finite; InputError on a mesh that inspect()
-/// refuses, or whose
+/// then segments or points: they belong to M, but have no effect on what is inside.
+/// \param length  mesh units, 0: nothing changes
+/// \throws OptionError if it is negative or not finite; InputError on a mesh that inspect() refuses, or whose
 ///         coordinates are so large that they do not resolve the length
 Welded weld(const MeshView& mesh, double length);
 

@@ -25,7 +25,8 @@ using Out = nb::ndarray<Number, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 template <class Number, std::size_t columns>
 using OutRows = nb::ndarray<Number, nb::shape<-1, nb::ssize_t(columns)>, nb::c_contig, nb::device::cpu>;
 
-/// The arrays must exist as long as the view. \throws InputError for a shape or type that no mesh has
+/// The arrays must exist as long as the view.
+/// \throws InputError for a shape or type that no mesh has
 MeshView mesh_view(const AnyArray& vertices, const std::optional<AnyArray>& faces);
 
 inline std::span<const Vec3> points_of(const Points& points) {

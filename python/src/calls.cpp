@@ -67,7 +67,8 @@ private:
     std::exception_ptr error_;
 };
 
-/// Tells the observer; whether to go on. \throws nb::python_error
+/// Tells the observer; whether to go on.
+/// \throws nb::python_error
 bool tell(const Control& control, Work& work) {
     if (control.observer.is_none()) return true;
     const auto [stage, fraction] = work.progress();

@@ -15,7 +15,8 @@ namespace its::python {
 
 namespace nb = nanobind;
 
-/// The value of a Python number of that kind. \throws OptionError for one out of range, or of another kind
+/// The value of a Python number of that kind.
+/// \throws OptionError for one out of range, or of another kind
 template <class Value>
 Value option_value(const nb::handle& given, const char* name) {
     Value value{};
@@ -34,7 +35,8 @@ void take(const nb::dict& given, const char* name, std::optional<Value>& option)
     if (given.contains(name)) option = option_value<Value>(given[name], name);
 }
 
-/// One of the library's names for the values of an enum. \param parse  the library's parse_…()
+/// One of the library's names for the values of an enum.
+/// \param parse  the library's parse_…()
 template <class Option, class Parse>
 void take_choice(const nb::dict& given, const char* name, Option& option, Parse parse) {
     if (!given.contains(name)) return;

@@ -98,8 +98,9 @@ public:
     }
 
     /// The grid points that hang: one of the cells around them is not there, and the leaf that covers it meets
-    /// M. \param too_coarse  receives the surface leaves around that are two levels coarser or more than a
-    /// surface leaf of the group that touches them
+    /// M.
+    /// \param too_coarse  receives the surface leaves around that are two levels coarser or more than a surface
+    ///                    leaf of the group that touches them
     std::uint32_t hanging(std::uint32_t group, std::vector<Place>& too_coarse) const;
 
 private:

@@ -38,7 +38,8 @@ public:
     /// infinite at all other points.
     double to_flip(const std::array<std::uint64_t, 3>& point) const;
 
-    /// Bit i: point i is inside. \param winding  of M and F together, exact
+    /// Bit i: point i is inside.
+    /// \param winding  of M and F together, exact
     std::uint32_t inside(std::span<const Vec3> points, std::span<const std::int32_t> winding) const;
 
 private:

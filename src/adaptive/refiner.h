@@ -143,8 +143,9 @@ private:
     double value_of(const Group& group, int p, double distance) const;
     /// Sets the values of points that have become free, but for those that another group is to find.
     void find_distances(const std::vector<std::uint32_t>& groups);
-    /// Values that groups around had before. \param wanted  points; those that are found are taken out
-    /// \returns  of the others, those that a group around with a lower number finds
+    /// Values that groups around had before.
+    /// \param wanted  points; those that are found are taken out \returns  of the others, those that a group
+    ///                around with a lower number finds
     std::uint32_t copy_known(std::uint32_t number, std::uint32_t& wanted);
     /// \param deferred  receives the points whose values another group finds
     std::uint64_t find_in_group(std::uint32_t number, std::uint32_t newly, distance::PointDistances& search,

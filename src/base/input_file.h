@@ -21,13 +21,15 @@ inline std::string_view text_of(const FileBytes& file) {
     return {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()};
 }
 
-/// Copies a file into memory. \throws FileError, also for what is no regular file, such as a pipe or a folder;
-/// MemoryError if it is larger than the free memory.
+/// Copies a file into memory.
+/// \throws FileError, also for what is no regular file, such as a pipe or a folder; MemoryError if it is larger
+///         than the free memory.
 FileBytes read_bytes(const std::filesystem::path& path);
 
 /// Maps a file: its pages are read when they are first touched, and shared with other processes. Where the file
 /// system cannot map, as read_bytes(). If another process shortens the file, touching what is gone kills this
-/// one (SIGBUS): only for files that are replaced by renaming. \throws as read_bytes()
+/// one (SIGBUS): only for files that are replaced by renaming.
+/// \throws as read_bytes()
 FileBytes map_bytes(const std::filesystem::path& path);
 
 }  // namespace its

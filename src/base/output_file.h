@@ -19,21 +19,25 @@ namespace its {
 class ITS_API OutputFile {
 public:
     /// Creates the temporary file, in the same folder, with a name that no other file has. A symbolic link is
-    /// followed, so that the file it points to is replaced. \throws FileError, also if `path` exists and is
-    /// not a regular file: renaming over a device or a folder would destroy it.
+    /// followed, so that the file it points to is replaced.
+    /// \throws FileError, also if `path` exists and is not a regular file: renaming over a device or a folder
+    ///         would destroy it.
     explicit OutputFile(const std::filesystem::path& path);
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
 
-    /// Appends bytes. \throws FileError, such as when the disk is full.
+    /// Appends bytes.
+    /// \throws FileError, such as when the disk is full.
     void write(std::span<const std::byte> bytes);
 
-    /// Flushes everything to the disk and renames. Nothing may be written afterwards. \throws FileError.
+    /// Flushes everything to the disk and renames. Nothing may be written afterwards.
+    /// \throws FileError.
     void commit();
 
     /// Flushes all files to the disk before the first is renamed. Where a later one cannot be renamed, those
-    /// before get their old contents back, or are removed if they are new. \throws FileError.
+    /// before get their old contents back, or are removed if they are new.
+    /// \throws FileError.
     static void commit_all(std::span<OutputFile* const> files);
 
 private:

@@ -111,7 +111,8 @@ public:
         report(0.0);
     }
 
-    /// Says that `count` more units are done. \throws Cancelled
+    /// Says that `count` more units are done.
+    /// \throws Cancelled
     void advance(std::uint64_t count) {
         if (!progress_) return;
         if (stopped_.load(std::memory_order_relaxed)) throw Cancelled("stopped by the caller");

@@ -36,7 +36,8 @@ private:
 };
 
 /// Runs a public function, fn(progress), on the threads of `run`. Its progress begins at 0, never falls, and is
-/// 1 at the end, whatever its stages report. \param name  what it does until the first stage reports
+/// 1 at the end, whatever its stages report.
+/// \param name  what it does until the first stage reports
 template <class F>
 auto run_call(const Run& run, std::string_view name, F&& fn) {
     require_threads(run.threads);

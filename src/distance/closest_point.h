@@ -28,7 +28,8 @@ public:
 
     /// The nearest triangle among those nearer than `bound`, exact but for the error of a triangle's distance
     /// itself (docs/design/distance.md): pruning never cuts off the smallest computed distance. Takes no
-    /// memory. \param p  finite
+    /// memory.
+    /// \param p  finite
     Nearest find(const Vec3& p, double bound = no_bound) const;
 
     /// Barycentric coordinates of the point of the triangle found that is nearest to p: each in [0, 1], sum 1.

@@ -24,7 +24,8 @@ constexpr std::uint64_t grain = 1024;  // points: below it, a batch is serial
 constexpr std::uint64_t least_grouped = 256, sparse = 10;
 constexpr std::uint64_t sorted = 1ULL << 18;  // points that are sorted at a time
 
-/// A copy of the mesh, scaled. \throws InputError unless it can be searched
+/// A copy of the mesh, scaled.
+/// \throws InputError unless it can be searched
 Mesh checked_copy(const mesh::Arrays& mesh, geometry::Scaling& scaling) {
     require_searchable(mesh);
     const mesh::Scaled scaled(mesh);

@@ -34,7 +34,8 @@ void require_balanced(std::span<const mesh::EdgeUse> uses) {
             uses[0].triangle));
 }
 
-/// Scaled. \throws InputError unless the mesh can be searched
+/// Scaled.
+/// \throws InputError unless the mesh can be searched
 mesh::Merged merged(const mesh::Arrays& mesh, geometry::Scaling& scaling) {
     distance::require_searchable(mesh);
     const mesh::Scaled scaled(mesh);

@@ -26,10 +26,12 @@ public:
     /// Begins with a cube of this centre and half side.
     void begin(const Vec3& centre, double half);
 
-    /// Another point of the cube, 27 at most. \param bound  at least its distance; may be infinite
+    /// Another point of the cube, 27 at most.
+    /// \param bound  at least its distance; may be infinite
     void add(const Vec3& point, double bound);
 
-    /// Finds all distances. \param near  triangles of the mesh that are near the cube; may be empty
+    /// Finds all distances.
+    /// \param near  triangles of the mesh that are near the cube; may be empty
     void solve(std::span<const std::uint32_t> near);
 
     /// Of the point that was added as number i.

@@ -27,7 +27,8 @@ struct SearchPoint {
 /// for |q|²/2t: |p − q| = t − q·d + O(|q|²/t). So a point farther than 2²⁷R is looked for at 2²⁷R in its
 /// direction: what is found is farther than the nearest by 3R²/2²⁷R < 2⁻²⁵R at most, a hundredth of the error
 /// that is allowed for, 144u·2²⁷R > 2⁻¹⁹R. Farther away squared distances would not tell one triangle from
-/// another, and overflow. \param reach  the largest magnitude of the scaled coordinates
+/// another, and overflow.
+/// \param reach  the largest magnitude of the scaled coordinates
 inline SearchPoint search_point(const Vec3& point, const geometry::Scaling& scaling, double reach) {
     constexpr int far = 27;
     const int exponent = geometry::exponent_of(point);

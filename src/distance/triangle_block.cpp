@@ -84,7 +84,8 @@ ITS_INLINE void store_edge(const DoubleDouble& u, const DoubleDouble& v, double 
     length[i] = back * sum_of_products(to.x, u, to.y, v).high;
 }
 
-/// The frames of triangles with an area. \param has_area  set to 0 where there is none, as computed
+/// The frames of triangles with an area.
+/// \param has_area  set to 0 where there is none, as computed
 ITS_CLONES void set_frames(const Longest& in, TriangleBlock& t, double (&has_area)[lanes]) {
     ITS_INDEPENDENT
     for (int i = 0; i < lanes; ++i) {

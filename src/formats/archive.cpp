@@ -18,7 +18,8 @@ namespace {
     throw InputError(fmt::format("damaged archive: {}", what));
 }
 
-/// An unsigned little-endian number of `size` bytes at `at`. \throws InputError beyond the end.
+/// An unsigned little-endian number of `size` bytes at `at`.
+/// \throws InputError beyond the end.
 std::uint64_t number(std::string_view bytes, std::uint64_t at, std::uint64_t size) {
     if (at > bytes.size() || size > bytes.size() - at) damaged("it has been cut");
     std::uint64_t value = 0;

@@ -213,7 +213,8 @@ std::string_view Data::view(int index) {
     }
 }
 
-/// `count` elements of `components` numbers each. \throws InputError unless they lie within their view.
+/// `count` elements of `components` numbers each.
+/// \throws InputError unless they lie within their view.
 View Data::elements(int index, const Place& place, std::size_t components, std::size_t count) {
     if (place.view < 0 || std::size_t(place.view) >= model_.views.size()) bad_accessor(index, "it has no data");
     const BufferView& wanted = model_.views[std::size_t(place.view)];

@@ -12,13 +12,15 @@
 /// The data that a glTF file refers to: buffers, the views of them, the numbers of accessors.
 namespace its::formats::gltf {
 
-/// The bytes of a data URI (RFC 2397), of any media type. \throws InputError
+/// The bytes of a data URI (RFC 2397), of any media type.
+/// \throws InputError
 std::string decode_data_uri(std::string_view uri);
 /// A relative reference with its %XY replaced.
 std::string decode_percent(std::string_view text);
 
-/// Bytes that meshoptimizer packed. \throws InputError that names the extension: where they are damaged, of a
-/// kind that the library does not know, or where its was built without the library
+/// Bytes that meshoptimizer packed.
+/// \throws InputError that names the extension: where they are damaged, of a kind that the library does not
+///         know, or where its was built without the library
 std::string decode_meshopt(const Meshopt& packed, std::string_view bytes);
 bool can_decode_meshopt();
 
@@ -60,14 +62,15 @@ public:
     Data(const Model& model, std::string_view binary, const LoadSibling& load, MeshBuilder& mesh)
         : model_(model), binary_(binary), load_(load), mesh_(mesh), buffers_(model.buffers.size()) {}
 
-    /// The numbers of accessor `index`, one after the other. \throws InputError unless it has this type and its
-    /// bytes are there.
+    /// The numbers of accessor `index`, one after the other.
+    /// \throws InputError unless it has this type and its bytes are there.
     std::vector<double> numbers(int index, Type type);
     /// \throws InputError if there is none
     const Accessor& accessor(int index) const;
     /// Whether an accessor has a place in a view, where its numbers may be.
     bool has_view(int index) const;
-    /// The bytes of a view, unpacked if need be. \throws InputError
+    /// The bytes of a view, unpacked if need be.
+    /// \throws InputError
     std::string_view view(int index);
 
 private:

@@ -113,7 +113,8 @@ struct Row {
     std::size_t count = 0;
 };
 
-/// False at the end of the file. \throws InputError on what is no number
+/// False at the end of the file.
+/// \throws InputError on what is no number
 bool read_row(Text& text, const Layout& layout, Row& row) {
     const std::size_t most = layout.by_line ? row.numbers.size() : layout.numbers();
     for (row.count = 0; row.count < most; ++row.count) {

@@ -6,7 +6,8 @@
 #include "its/points.h"
 
 /// One reader per file format. Each takes the whole file as bytes, trusts none of them, and takes time and
-/// memory in proportion to their number. \throws InputError; the message does not name the file.
+/// memory in proportion to their number.
+/// \throws InputError; the message does not name the file.
 namespace its::formats {
 
 std::vector<Vec3> parse_npy(std::string_view bytes);

@@ -37,14 +37,16 @@ MeshFile parse_ply(std::string_view bytes, const ReadOptions& options = {});
 /// The vertices of a PLY file alone, non-finite ones included; the file need not have faces.
 std::vector<Vec3> parse_ply_points(std::string_view bytes);
 MeshFile parse_off(std::string_view bytes, const ReadOptions& options = {});
-/// Loads one file that a .gltf refers to, given its relative path; \throws FileError.
+/// Loads one file that a .gltf refers to, given its relative path;
+/// \throws FileError.
 using LoadSibling = std::function<FileBytes(const std::string& relative_path)>;
 /// GLB (binary) or glTF (JSON). Without `load`, files that it refers to are refused.
 MeshFile parse_gltf(std::string_view bytes, const LoadSibling& load = {}, const ReadOptions& options = {});
 MeshFile parse_3mf(std::string_view bytes, const ReadOptions& options = {});
 
-/// The reader for these bytes: by their first bytes where a format has a mark, else by the extension
-/// (".obj", …; may be empty), else by a guess. \throws InputError if no format fits.
+/// The reader for these bytes: by their first bytes where a format has a mark, else by the extension (".obj",
+/// …; may be empty), else by a guess.
+/// \throws InputError if no format fits.
 MeshFile parse_mesh(std::string_view bytes, const std::string& extension, const LoadSibling& load = {},
                     const ReadOptions& options = {});
 
@@ -166,13 +168,14 @@ public:
     /// A face that cannot even be read.
     void add_unreadable_face() { ++unreadable_; }
 
-    /// Instances multiply content: counts `items` more of them. \throws InputError where the sum is out of
-    /// all proportion to the file.
+    /// Instances multiply content: counts `items` more of them.
+    /// \throws InputError where the sum is out of all proportion to the file.
     void charge_instance(std::uint64_t items);
 
     void warn(std::string_view line) { warnings_.push_back(quotable(line, longest_line)); }
 
-    /// Triangulates, leaves bad faces out with warnings. \throws InputError if no triangle is left.
+    /// Triangulates, leaves bad faces out with warnings.
+    /// \throws InputError if no triangle is left.
     MeshFile finish(std::string format);
 
 private:

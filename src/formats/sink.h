@@ -73,13 +73,15 @@ class NewFile final : public Sink {
 public:
     explicit NewFile(const std::filesystem::path& path) : file_(path) {}
 
-    /// Hands over what is buffered. \throws FileError if any byte could not be written (a full disk).
+    /// Hands over what is buffered.
+    /// \throws FileError if any byte could not be written (a full disk).
     OutputFile& complete() {
         flush();
         return file_;
     }
 
-    /// Gives the file its name. \throws FileError
+    /// Gives the file its name.
+    /// \throws FileError
     void commit() { complete().commit(); }
 
 private:

@@ -64,7 +64,8 @@ double real_number(std::string_view text) {
     return number.number().value_or(nan);
 }
 
-/// Twelve numbers, row by row, for row vectors: x' = x m₀ + y m₃ + z m₆ + m₉. \throws InputError
+/// Twelve numbers, row by row, for row vectors: x' = x m₀ + y m₃ + z m₆ + m₉.
+/// \throws InputError
 Affine transform_of(const XmlTag& tag) {
     const auto found = tag.attribute("transform");
     if (!found) return {};
@@ -83,7 +84,8 @@ Affine transform_of(const XmlTag& tag) {
 /// The objects of all parts of the package, and what is to be built of them.
 class Package {
 public:
-    /// Reads one part; `root`: whose items are built. \throws InputError
+    /// Reads one part; `root`: whose items are built.
+    /// \throws InputError
     void read_part(const std::string& part, std::string_view xml, bool root) {
         part_ = part;
         object_ = nullptr;
@@ -108,7 +110,8 @@ public:
         }
     }
 
-    /// Adds all that is built to the mesh, without what `slicer` leaves out. \throws InputError
+    /// Adds all that is built to the mesh, without what `slicer` leaves out.
+    /// \throws InputError
     void build(MeshBuilder& mesh, const std::string& root, SlicerParts& slicer) {
         root_ = root, slicer_ = &slicer;
         if (beams_) mesh.warn("beams of the 3MF file are not read, only triangles");

@@ -66,7 +66,8 @@ Mesh rounded_to_single(const mesh::Arrays& mesh) {
     return rounded;
 }
 
-/// Before anything is written. \throws OptionError, InputError
+/// Before anything is written.
+/// \throws OptionError, InputError
 void check(const mesh::Arrays& mesh, const MeshAttributes& attributes, const std::filesystem::path& path,
            const WriteOptions& options) {
     const std::string extension = lower_extension(path);

@@ -37,7 +37,8 @@ void write_obj(const mesh::Arrays& mesh, std::span<const Colour> colours,
 void write_off(const mesh::Arrays& mesh, const VertexAttributes& attributes, Sink& file);
 /// \param single  coordinates, normals and texture coordinates have 32 bits
 void write_ply(const mesh::Arrays& mesh, const VertexAttributes& attributes, bool single, Sink& file);
-/// Coordinates are rounded to 32 bits: the format has no others. \throws InputError (too many triangles)
+/// Coordinates are rounded to 32 bits: the format has no others.
+/// \throws InputError (too many triangles)
 void write_stl(const mesh::Arrays& mesh, Sink& file);
 
 /// A mesh of a GLB file.
@@ -47,7 +48,8 @@ struct GlbMesh {
     VertexAttributes attributes;
 };
 /// Coordinates are rounded to 32 bits, about options.origin: if empty, a centre of their own where the meshes
-/// are far away. \throws InputError (no triangles, or more than the format's 4 GB)
+/// are far away.
+/// \throws InputError (no triangles, or more than the format's 4 GB)
 void write_glb(std::span<const GlbMesh> meshes, const WriteOptions& options, const std::filesystem::path& path,
                Sink& file);
 /// Where a GLB file's coordinates are relative to: (0, 0, 0), or the centre of the bounds if it is so far away

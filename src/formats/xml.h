@@ -27,8 +27,8 @@ class XmlTags {
 public:
     explicit XmlTags(std::string_view xml) : xml_(xml) {}
 
-    /// False at the end. \throws InputError if a tag has no end, or at a document type, which could define
-    /// entities.
+    /// False at the end.
+    /// \throws InputError if a tag has no end, or at a document type, which could define entities.
     bool next(XmlTag& tag);
 
 private:

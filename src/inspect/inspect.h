@@ -21,7 +21,8 @@ struct Inspection {
     std::vector<std::uint8_t> part_turn;  ///< those to turn around besides, for turn_parts(); empty: none
 };
 
-/// Reports each step, of which the longest takes about a third of the time. \throws Cancelled
+/// Reports each step, of which the longest takes about a third of the time.
+/// \throws Cancelled
 Inspection examine(const mesh::Arrays& mesh, const Progress& progress = {});
 
 /// What was found out about a scaled mesh. A volume may be infinite then, or 0.

@@ -22,7 +22,8 @@ struct Directions {
 
 /// Of the directions as given, repaired by majority, and repaired so that patches face outward, those with
 /// which most of the area separates inside from outside; the first of these that do so for nearly all of it. As
-/// given only if no two triangles disagree. \param inconsistent  the edges where two triangles disagree
+/// given only if no two triangles disagree.
+/// \param inconsistent  the edges where two triangles disagree
 Directions choose_directions(const mesh::Merged& mesh, std::uint64_t inconsistent);
 
 /// The share of the area that counts as nearly all of it: what is asked for where triangles disagree.

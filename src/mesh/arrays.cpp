@@ -69,7 +69,8 @@ void require_data(const ArrayView& array, const char* what) {
         throw InputError(fmt::format("{}: {} rows without data", what, array.count));
 }
 
-/// Room for `count` rows. \throws MemoryError
+/// Room for `count` rows.
+/// \throws MemoryError
 template <class Own>
 void reserve(std::vector<Own>& rows, std::uint64_t count, const char* what) {
     const std::uint64_t bytes = count <= rows.max_size() ? count * sizeof(Own) : ~std::uint64_t{0};

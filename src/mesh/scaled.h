@@ -8,7 +8,8 @@
 /// Meshes of any size as meshes of common sizes.
 namespace its::mesh {
 
-/// The largest magnitude among the coordinates of vertices that triangles use. \throws as require_usable()
+/// The largest magnitude among the coordinates of vertices that triangles use.
+/// \throws as require_usable()
 double largest_coordinate(const Arrays& mesh);
 
 /// A mesh times a power of two, exactly; the caller's own arrays where its size is common.

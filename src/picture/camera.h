@@ -37,7 +37,8 @@ struct Footprint {
 
 Footprint footprint(const Camera& camera, const Mesh& mesh);
 
-/// Fits a body into a rectangle. \param margin  around it, of its size
+/// Fits a body into a rectangle.
+/// \param margin  around it, of its size
 Camera fit(Camera camera, const Footprint& body, const PixelRect& rect, double margin);
 
 }  // namespace its::picture

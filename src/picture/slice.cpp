@@ -60,7 +60,8 @@ struct Window {
     double width, height;
 };
 
-/// The plane that the options ask for. \param extent  of the shell's mesh, along the plane's axes
+/// The plane that the options ask for.
+/// \param extent  of the shell's mesh, along the plane's axes
 Plane place(Plane plane, const Box& extent, const SliceOptions& options) {
     plane.offset =
         options.through ? plane.height(*options.through) : std::lerp(extent.min.z, extent.max.z, options.at);

@@ -25,7 +25,8 @@ struct Body {
 };
 
 /// What a cut shows where a body is solid. Called for a point in the plane of the body's cut; nothing: not
-/// solid. \param footprint  what a pixel covers there
+/// solid.
+/// \param footprint  what a pixel covers there
 using CutFace = std::function<std::optional<Light>(const Vec3& point, double footprint)>;
 
 /// A body in one picture, and how it is cut there.
@@ -38,11 +39,13 @@ struct Exhibit {
 /// Bodies on the floor, ready to be drawn.
 class Studio {
 public:
-    /// \param floor  its height  \param reach  from the z axis, what the floor's shadows fade out at
+    /// \param floor  its height
+    /// \param reach  from the z axis, what the floor's shadows fade out at
     Studio(std::vector<Exhibit> exhibits, const Vec3& key_light, double floor, double reach);
 
     /// The light that comes along the ray: that of the paper where there is neither a body nor its shadow.
-    /// \param pixel  width of a pixel at distance 1  \param shadow  strength of shadows on the floor, 0 to 1
+    /// \param pixel  width of a pixel at distance 1
+    /// \param shadow  strength of shadows on the floor, 0 to 1
     /// \param random  four numbers in [0, 1)
     Light trace(const Ray& ray, double pixel, double shadow, const std::array<double, 4>& random) const;
 
@@ -67,7 +70,8 @@ private:
 };
 
 /// Draws into a rectangle of the picture, up to `samples` rays a pixel, in parallel. Shadows fade out at its
-/// edges. \throws Cancelled.
+/// edges.
+/// \throws Cancelled.
 void draw_studio(Image& image, const PixelRect& rect, const Studio& studio, const Camera& camera, int samples,
                  const Progress& progress, std::string_view stage);
 

@@ -27,8 +27,8 @@ inline bool boxes_meet(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& 
 /// What the winding number gains from p to g + ε, the displaced grid point of geometry/predicates.h, by a
 /// triangle that does not hold p: 1, 0 or −1. Never undecided: the segment meets an edge or vertex only if
 /// these lie in a plane with it for all small ε, and then p is in the triangle's plane and the segment leaves
-/// that at p, off the triangle. \param p_side  orient3d(a, b, c, p); 0 for every degenerate triangle, which is
-/// not crossed
+/// that at p, off the triangle.
+/// \param p_side  orient3d(a, b, c, p); 0 for every degenerate triangle, which is not crossed
 inline int displaced_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p, int p_side,
                               const Vec3& g) {
     if (p_side == 0 || geometry::perturbed_orient3d(a, b, c, g) == p_side) return 0;

@@ -84,7 +84,8 @@ bool on_surface(const QueryIndex& index, const Vec3& point);
 /// NaN on the surface.
 WindingNumber winding_off_surface(const QueryIndex& index, const winding::MeshWinding& mesh, const Vec3& point);
 
-/// Inside or on the surface. \throws OptionError if that is uncertain and nothing is said
+/// Inside or on the surface.
+/// \throws OptionError if that is uncertain and nothing is said
 bool contained(Side side, const std::optional<bool>& when_uncertain);
 
 /// How decide() came to its answer; for statistics.

@@ -127,8 +127,8 @@ std::uint32_t OpenSides::halve(const QueryIndex& index, const Cube& cube, const 
 }
 
 /// With w_F within `spread` of its value at the centre, but for whole numbers, w = W − w_F keeps away from ½ +
-/// Z if that does. Beyond M's bounds W = 0: inside ends there, unless w ≤ ½ anyway. \param lane  of the cube;
-/// −1: the root
+/// Z if that does. Beyond M's bounds W = 0: inside ends there, unless w ≤ ½ anyway.
+/// \param lane  of the cube; −1: the root
 std::uint32_t OpenSides::judge(const QueryIndex& index, const Cube& cube, const Octants& octants, int lane) {
     if (winding_.filling().empty()) return node_of(steady);
     if (lane < 0) return halve(index, cube, octants, 0);

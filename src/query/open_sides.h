@@ -25,11 +25,12 @@ public:
     OpenSides(const OpenSides&) = delete;
     OpenSides& operator=(const OpenSides&) = delete;
 
-    /// Whether a cell of the grid is not steady. \param place  QueryIndex::top_index(), or one past the grid
+    /// Whether a cell of the grid is not steady.
+    /// \param place  QueryIndex::top_index(), or one past the grid
     bool unsteady(std::uint64_t place) const { return start_[place] != 0; }
 
-    /// The node of the cube that holds a point of such a cell. \param u  its lattice coordinates, in the root
-    /// cube
+    /// The node of the cube that holds a point of such a cell.
+    /// \param u  its lattice coordinates, in the root cube
     std::uint32_t resolve(const QueryIndex& index, const Vec3& u) const {
         const octree::Cell at = place_of(u);
         std::uint32_t node = start_[index.top_index(finest_cell(u))];

@@ -46,8 +46,9 @@ BuildSize estimate_size(const mesh::Arrays& mesh, int depth);
 
 /// The expected size of a build on this lattice. Cells that M meets are counted, level by level, as long as
 /// that takes little, and at most to level 1; from there on they grow as estimate_size() says, and no faster
-/// than they did last. \param positions  vertices in lattice coordinates \param triangles  of M, and of what
-/// cells without triangles are expected along
+/// than they did last.
+/// \param positions  vertices in lattice coordinates
+/// \param triangles  of M, and of what cells without triangles are expected along
 BuildSize count_size(const MeshMeasure& mesh, const octree::Lattice& lattice, std::span<const Vec3> positions,
                      std::span<const Triangle> triangles);
 
@@ -60,8 +61,9 @@ public:
     /// \throws MemoryError if a build of this size exceeds the limit
     void check(const BuildSize& size) const { check(size, size); }
 
-    /// The numbers found at level `level` + 1, before those of `level` are taken. \throws MemoryError if the
-    /// finest level, by the least growth that the mesh lets expect, would exceed the limit.
+    /// The numbers found at level `level` + 1, before those of `level` are taken.
+    /// \throws MemoryError if the finest level, by the least growth that the mesh lets expect, would exceed the
+    ///         limit.
     void check_level(int level, std::uint64_t cells, std::uint64_t pairs) const;
 
 private:

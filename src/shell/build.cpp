@@ -77,7 +77,8 @@ void check_options(const BuildOptions& options) {
 }
 
 /// The rule to use, and one sentence that says why. A rule that is asked for takes the triangles' directions as
-/// they are. \throws OptionError if the mesh cannot have it
+/// they are.
+/// \throws OptionError if the mesh cannot have it
 std::pair<SignRule, std::string> choose_sign(const MeshReport& report, const BuildOptions& options) {
     if (!options.sign) return {report.sign, report.sign_reason};
     if (*options.sign == SignRule::winding && report.open_edges > 0)

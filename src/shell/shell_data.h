@@ -47,7 +47,8 @@ struct ShellData {
         return triangles(octree.levels[0].mask[group], group, child);
     }
 
-    /// The same of any level. \param mask  the group's surface cells
+    /// The same of any level.
+    /// \param mask  the group's surface cells
     /// \param number  of the group among those that may have surface cells
     TriangleList triangles(unsigned mask, std::uint64_t number, int child) const {
         const unsigned before = mask & ((1u << child) - 1);

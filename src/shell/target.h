@@ -20,8 +20,8 @@ struct Target {
 /// \throws InputError on what is no mesh, or too far from the origin for its size, unless a depth is asked for
 Target target_of(const mesh::Arrays& mesh, const BuildOptions& options);
 
-/// The depth K of cells that suffice for a thickness. \throws InputError if the mesh is too far from the origin
-/// for any
+/// The depth K of cells that suffice for a thickness.
+/// \throws InputError if the mesh is too far from the origin for any
 int depth_for(double thickness, const Box& bounds, const BuildOptions& options);
 
 /// γ in cells of a lattice on which surface cells are of least_adaptive_depth at least, as it is where f is as

@@ -14,7 +14,8 @@ namespace its::shell_file {
 /// The bytes of the .its file of a shell.
 std::vector<std::byte> encode(const shell::ShellData& shell);
 
-/// The shell in the bytes of an .its file. \param name  how errors call it.
+/// The shell in the bytes of an .its file.
+/// \param name  how errors call it.
 /// \throws InputError if they are not a complete and valid .its file.
 shell::ShellData decode(std::span<const std::byte> bytes, const std::string& name = "shell",
                         LoadCheck check = LoadCheck::full);

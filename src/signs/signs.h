@@ -14,8 +14,8 @@ namespace its::signs {
 /// distances are there.
 class Signs {
 public:
-    /// \param voxels   receives further finest cells, without triangles: where inside and outside meet in a
-    /// hole \param filling  of this mesh, where it is there already
+    /// \param voxels  receives further finest cells, without triangles: where inside and outside meet in a hole
+    /// \param filling  of this mesh, where it is there already
     Signs(SignRule rule, const mesh::Arrays& mesh, const octree::Lattice& lattice, octree::Voxels& voxels,
           const Progress& progress, std::optional<winding::Filling> filling = {});
 

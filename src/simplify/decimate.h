@@ -56,7 +56,7 @@ public:
     /// Collapses until `faces` or fewer are left or no collapse is allowed within the tolerance. May be called
     /// again with a larger tolerance. Returns whether `faces` was reached.
     /// \param report  called every 1024 steps with the number of triangles that went since the last time;
-    ///                \throws what it throws
+    /// \throws what report throws
     template <class Report>
     bool run(std::uint64_t faces, double tolerance, Report&& report) {
         std::uint64_t reported = mesh_.living_triangles();

@@ -286,7 +286,8 @@ std::unique_ptr<CollapseRule> make_rule(const Job& job, bool keeps_tolerance) {
 }
 
 /// The least tolerance that can be proven: some way above the rounding errors, and at least what the mesh was
-/// moved by; 0 if none is kept. \throws OptionError if it is more than what is asked for
+/// moved by; 0 if none is kept.
+/// \throws OptionError if it is more than what is asked for
 double least_tolerance(const SimplifyOptions& o, const CollapseRule& rule, double moved,
                        const geometry::Scaling& scaling) {
     const auto* certified = dynamic_cast<const Certified*>(&rule);

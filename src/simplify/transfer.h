@@ -21,7 +21,8 @@ public:
     /// For Complex; empty if there are neither colours nor texture coordinates.
     std::span<const Triangle> wedges() const { return wedges_.triangles; }
 
-    /// Attributes at the corners of the triangles that are left, in their order. \param result  made of them
+    /// Attributes at the corners of the triangles that are left, in their order.
+    /// \param result  made of them
     MeshAttributes attributes_of(const Complex& current, const mesh::Arrays& result) const;
 
 private:

@@ -18,7 +18,8 @@ struct Enclosure {
 std::uint64_t count_parts(const shell::MeshArrays& mesh);
 
 /// The surface's winding number about a vertex of each component of M. If they do not meet, it tells of the
-/// whole component. \param wanted  1: enclosed, 0: not
+/// whole component.
+/// \param wanted  1: enclosed, 0: not
 Enclosure enclosure(const shell::MeshArrays& mesh, const Mesh& surface, int wanted, const Progress& progress);
 
 }  // namespace its::surface

@@ -52,7 +52,8 @@ struct LeafCells {
 
 /// Leaves of the octree that meet M are as large as they are, or halved; so are others that no finer hat
 /// reaches into; those that one does are halved as far as it does. Values at lattice points as in
-/// find_level_cells(). \param halved  keys of cells, of those found before, to be replaced by their halves
+/// find_level_cells().
+/// \param halved  keys of cells, of those found before, to be replaced by their halves
 LeafCells find_leaf_cells(const octree::Octree& octree, const field::Field& field, double low, double high,
                           const CellSet& halved, const Progress& progress);
 

@@ -38,9 +38,9 @@ public:
 
     double level() const { return frame_.level; }
 
-    /// Cells for the level, none of them with several loops but finest ones. \param low, high  levels whose
-    /// cells are collected as well: where vertices are 32-bit numbers, f on the surface may be that of a
-    /// neighbour
+    /// Cells for the level, none of them with several loops but finest ones.
+    /// \param low,  high  levels whose cells are collected as well: where vertices are 32-bit numbers, f on the
+    ///              surface may be that of a neighbour
     void collect(double low, double high) {
         for (;;) {
             leaves_ = find_leaf_cells(shell_.octree, shell_.field, std::min(low, frame_.level),

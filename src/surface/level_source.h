@@ -37,8 +37,9 @@ public:
                                const Progress& progress) const = 0;
 
     /// A level whose surface has f beyond `bound` (of f on M; outer: ε₂, inner: ε₁) everywhere: as near to it
-    /// as is found, and at least `least_move` away from it. \throws OptionError if there is none, as the
-    /// surface leaves the root cube before; InputError if f is not what distances in the root cube can be
+    /// as is found, and at least `least_move` away from it.
+    /// \throws OptionError if there is none, as the surface leaves the root cube before; InputError if f is not
+    ///         what distances in the root cube can be
     virtual CertifiedLevel certified_level(SurfaceSide side, double bound, double least_move,
                                            const Progress& progress) const = 0;
 
@@ -56,10 +57,12 @@ private:
     Grid grid_;
 };
 
-/// The shell's own lattice: f is trilinear on its cells. \throws OptionError
+/// The shell's own lattice: f is trilinear on its cells.
+/// \throws OptionError
 std::unique_ptr<LevelSource> finest_source(const shell::ShellData& shell, const Rounding& rounding);
 
-/// A lattice with `resolution` cells along the scale s: f is sampled at its points. \throws OptionError
+/// A lattice with `resolution` cells along the scale s: f is sampled at its points.
+/// \throws OptionError
 std::unique_ptr<LevelSource> resampled_source(const shell::ShellData& shell, int resolution,
                                               const Rounding& rounding, MemoryGuard& guard);
 

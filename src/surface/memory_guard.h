@@ -20,7 +20,8 @@ public:
     explicit MemoryGuard(std::uint64_t limit, std::string advice = "choose a smaller resolution")
         : limit_(memory_limit(limit)), advice_(std::move(advice)) {}
 
-    /// Counts bytes that are about to be taken, from any thread. \throws MemoryError
+    /// Counts bytes that are about to be taken, from any thread.
+    /// \throws MemoryError
     void take(std::uint64_t bytes) {
         if (used_.fetch_add(bytes, std::memory_order_relaxed) + bytes > limit_)
             throw MemoryError(fmt::format("the surface needs more than the {} of memory allowed; {}",
@@ -54,7 +55,8 @@ public:
     Taken(const Taken&) = delete;
     Taken& operator=(const Taken&) = delete;
 
-    /// From any thread. \throws MemoryError
+    /// From any thread.
+    /// \throws MemoryError
     void add(std::uint64_t bytes) {
         bytes_.fetch_add(bytes, std::memory_order_relaxed);
         guard_.take(bytes);

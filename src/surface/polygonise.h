@@ -19,7 +19,8 @@ Mesh polygonise(const SurfaceFrame& frame, std::span<const LevelCell> cells, con
 bool stars_are_embedded(const SurfaceFrame& frame, std::span<const LevelCell> cells);
 
 /// Whether some corner below the level is on the boundary of the root cube, which has `side` cells of this size
-/// a side. \param below  bit c: corner c
+/// a side.
+/// \param below  bit c: corner c
 bool reaches_boundary(const octree::Cell& at, unsigned below, std::uint32_t side);
 
 /// \throws OptionError that says so.

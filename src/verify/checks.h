@@ -66,8 +66,8 @@ double piece_error(const Lattice& lattice, double width = 1);
 double cell_dilation(const Lattice& lattice);
 /// Of a cell dilated by this, what is left of a triangle shows that the cell must be marked and list it.
 double certain_dilation(const Lattice& lattice);
-/// What a proven bound may exceed its limit by: coarse_gap plus the rounding of clipping. \param width  of the
-/// largest surface cell
+/// What a proven bound may exceed its limit by: coarse_gap plus the rounding of clipping.
+/// \param width  of the largest surface cell
 double proven_tolerance(const Lattice& lattice, double width);
 
 /// G2: how far ε may be from a value that f attains on M: 10⁻⁶, and the rounding of coordinates, which grows

@@ -23,7 +23,8 @@ public:
     explicit SeparationTree(const mesh::Arrays& mesh);
 
     /// A lower bound of the distance between M and a triangle: `wanted` or more if that is found out, else less
-    /// than wanted, and −infinity where they may meet. \param rounding  what a bound errs by, at most
+    /// than wanted, and −infinity where they may meet.
+    /// \param rounding  what a bound errs by, at most
     double bound(const std::array<Vec3, 3>& triangle, double wanted, double rounding) const;
 
 private:

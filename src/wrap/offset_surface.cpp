@@ -191,7 +191,8 @@ Pass Maker::extract() {
     return pass;
 }
 
-/// The signed distance less the level. \param ends  lattice points around, whose values may tell the side
+/// The signed distance less the level.
+/// \param ends  lattice points around, whose values may tell the side
 double Maker::measure(const Vec3& p, std::span<const Point> ends, distance::Nearest& nearest) const {
     nearest = task_.field.tree().find(p);
     const double distance = std::sqrt(nearest.squared);

@@ -82,7 +82,8 @@ public:
     Crossed crossed(const Progress& progress);
 
     const Node& node(std::uint32_t i) const { return nodes_[i]; }
-    /// The finest node with the point that has this level or a coarser one. \param twice  twice its coordinates
+    /// The finest node with the point that has this level or a coarser one.
+    /// \param twice  twice its coordinates
     std::uint32_t find(const std::array<std::int64_t, 3>& twice, int level) const;
     std::uint32_t leaf_of(const Vec3& p) const;
     /// The leaves that touch a lattice point and have a level.

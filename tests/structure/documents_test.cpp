@@ -11,7 +11,7 @@
 #include <vector>
 
 /// The documents (*.md of the root and below docs/) wrap at 112 columns; tables, code and pictures are as they
-/// are.
+/// are. Tags of comments, such as \throws, begin their line.
 namespace its::structure {
 namespace {
 
@@ -70,6 +70,39 @@ TEST(Documents, OnlyProseMustWrap) {
     std::stringstream page("| " + words + " |\n" + std::string(113, 'x') + "\n```\n" + words + "\n```\n" +
                            accents + "\n" + words + "\n");
     EXPECT_THAT(wide_lines(page), ElementsAre(7));
+}
+
+/// Numbers of the lines with a tag of a comment that is not at its line's beginning.
+std::vector<int> tags_within_lines(std::istream& code) {
+    std::vector<int> found;
+    int number = 0;
+    for (std::string line; std::getline(code, line);) {
+        ++number;
+        const std::size_t text = line.find_first_not_of(' ');
+        if (text == std::string::npos || line.compare(text, 4, "/// ") != 0) continue;
+        for (const char* tag : {" \\throws ", " \\param "})
+            if (line.find(tag, text + 4) != std::string::npos) found.push_back(number);
+    }
+    return found;
+}
+
+TEST(Comments, TagsBeginTheirLines) {
+    const fs::path root = ITS_SOURCE_DIR;
+    int files = 0;
+    for (const char* folder : {"include", "src", "cli", "python/src", "tests", "tools", "bench"})
+        for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+            if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+            ++files;
+            std::ifstream stream(entry.path());
+            EXPECT_THAT(tags_within_lines(stream), IsEmpty()) << entry.path();
+        }
+    EXPECT_GT(files, 200);
+}
+
+TEST(Comments, TagsAreFound) {
+    std::stringstream code(
+        "/// \\throws A\n    /// Text. \\throws B\n// \\throws C\n/// \\param x  \\param y  z\n");
+    EXPECT_THAT(tags_within_lines(code), ElementsAre(2, 4));
 }
 
 }  // namespace
