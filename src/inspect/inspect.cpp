@@ -203,9 +203,8 @@ void decide_open(const mesh::Merged& mesh, Inspection& out) {
     const double needed = report.inconsistent_edges > 0 ? nearly_all : least_separating;
     if (report.separating < needed) {
         report.sign_reason = fmt::format(
-            "{}, and only {:.0f} % of the area would separate inside from outside with the holes filled "
-            "({:.0f} "
-            "% is asked for), so there is no inside",
+            "{}, and only {:.0f} % of the area would separate inside from outside with the holes "
+            "filled ({:.0f} % is asked for), so there is no inside",
             state, percent(report.separating), percent(needed));
         return;
     }

@@ -24,9 +24,9 @@ Scaled::Scaled(const Arrays& mesh) : scaling_(geometry::scaling_for(mesh::larges
         for (const std::uint32_t v : t)
             if (scaling_.out(vertices_[v]) != mesh.vertices[v])
                 throw InputError(fmt::format(
-                    "vertex {}: a coordinate of ({:.3g}, {:.3g}, {:.3g}) is too small beside the mesh's "
-                    "largest, "
-                    "some {:.0e}, to compute with both; make it 0, or scale the mesh down",
+                    "vertex {}: a coordinate of ({:.3g}, {:.3g}, {:.3g}) is too small beside the "
+                    "mesh's largest, some {:.0e}, to compute with both; make it 0, or scale the "
+                    "mesh down",
                     v, mesh.vertices[v].x, mesh.vertices[v].y, mesh.vertices[v].z, scaling_.out(1.0 / 2)));
 }
 

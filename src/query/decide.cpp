@@ -143,9 +143,8 @@ bool contained(Side side, const std::optional<bool>& when_uncertain) {
     if (side != Side::uncertain) return side != Side::outside;
     if (!when_uncertain)
         throw OptionError(
-            "contains: a point's side is uncertain, since its winding number is within its error of 1/2; say "
-            "what is to "
-            "be answered then");
+            "contains: a point's side is uncertain, since its winding number is within its error "
+            "of 1/2; say what is to be answered then");
     return *when_uncertain;
 }
 

@@ -53,9 +53,8 @@ void check_thickness(const BuildOptions& options) {
     if (!options.depth) {
         if (options.solver != Solver::direct || options.extrema != Extrema::certified)
             throw OptionError(
-                "cells of several sizes need the direct solver and certified bounds; give a depth with lscg "
-                "and "
-                "candidates");
+                "cells of several sizes need the direct solver and certified bounds; give a depth "
+                "with lscg and candidates");
         return;
     }
     if (options.thickness > 0)

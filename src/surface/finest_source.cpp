@@ -19,9 +19,8 @@ LevelSource::LevelSource(const octree::Lattice& lattice, double step, std::uint3
     const double unit = rounding.unit(lattice.reach() * lattice.width);
     if (unit <= most_unit * step)
         throw OptionError(
-            "the mesh is too far from the origin for surfaces with cells this small; move it nearer, or lower "
-            "the "
-            "depth or resolution");
+            "the mesh is too far from the origin for surfaces with cells this small; move it "
+            "nearer, or lower the depth or resolution");
     throw OptionError(
         fmt::format("32-bit numbers are {:.3g} apart at this distance from the origin, too far for a surface "
                     "with cells of {:.3g}; write .ply, .obj or .off, which keep doubles, move the mesh "

@@ -225,9 +225,8 @@ void check_hash(const Job& job, VerifyReport& report) {
             check.violations = 1;
             check.complete = job.options.complete;
             check.detail = fmt::format(
-                "not that of this mesh with the shell's depth or thickness, rule, bounds and solver in version "
-                "{}; another "
-                "version may have made it",
+                "not that of this mesh with the shell's depth or thickness, rule, bounds and "
+                "solver in version {}; another version may have made it",
                 ITS_VERSION);
         }
     }

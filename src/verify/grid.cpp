@@ -251,9 +251,8 @@ void check_sides(const Job& job, const Rule& rule, VerifyReport& report) {
                       ""};
     if (sum.wrong() > 0)
         check.detail = fmt::format(
-            "{} sides and {} winding numbers of lowest corners and {} sides of others are wrong, {} cells that "
-            "do "
-            "not meet M have two sides; first at {}",
+            "{} sides and {} winding numbers of lowest corners and {} sides of others are wrong, "
+            "{} cells that do not meet M have two sides; first at {}",
             sum.wrong_bits, sum.wrong_numbers, sum.wrong_corners, sum.mixed, place(sum.wrong_at));
     else if (unnumbered)
         check.detail = "winding numbers other than 0 and 1, and none stored for surface cells";
