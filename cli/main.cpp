@@ -8,6 +8,7 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common.h"
@@ -107,12 +108,22 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& error, int argc, 
     return bad_input;
 }
 
+/// "its help COMMAND" as "its COMMAND --help", "its help" as "its --help".
+std::vector<char*> without_help_command(int argc, char** argv) {
+    static char help[] = "--help";
+    std::vector<char*> words(argv, argv + argc);
+    if (argc < 2 || std::string_view(words[1]) != "help") return words;
+    words.erase(words.begin() + 1);
+    words.push_back(help);
+    return words;
+}
+
 int parse_and_run(int argc, char** argv) {
     CLI::App app(
         "Implicit thin shells: a function f and two numbers with ε₁ ≤ f ≤ ε₂, proven, on all of a mesh.");
     app.name("its");
     app.set_help_flag("-h,--help", "Print this help and exit");
-    app.set_version_flag("--version", "its " ITS_VERSION, "Print the version and exit");
+    app.set_version_flag("-V,--version", "its " ITS_VERSION, "Print the version and exit");
     app.require_subcommand(1);
     app.get_formatter()->column_width(34);
     app.footer(
@@ -125,6 +136,9 @@ int parse_and_run(int argc, char** argv) {
     }
     const Action run_manual = add_manual(app);
     try {
+        if (argc > 1 && argv[1][0] != '-' &&
+            app.get_subcommands([&](const CLI::App* sub) { return sub->get_name() == argv[1]; }).empty())
+            throw CLI::ExtrasError("its", {argv[1]});  // also where --help follows
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return finish_parsing(app, error, argc, argv);
@@ -146,7 +160,8 @@ int flush_output(int status) {
 int main(int argc, char** argv) {
     catch_interruptions();
     try {
-        const int status = parse_and_run(argc, argv);
+        std::vector<char*> words = without_help_command(argc, argv);
+        const int status = parse_and_run(int(words.size()), words.data());
         // Files were renamed before the signal was looked at: whoever sent it must know that they are new.
         if (interruption() != 0)
             print_message("warning", "the interruption came too late: everything is done and written");

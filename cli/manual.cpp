@@ -174,7 +174,7 @@ _its() {{
     case ${{COMP_WORDS[1]}}:$before in
 {}    esac
     if ((COMP_CWORD == 1)); then
-        words='{}--help --version'
+        words='{}help --help --version'
     elif [[ -z $words && -z $files && $word == -* ]]; then
         case ${{COMP_WORDS[1]}} in
 {}        esac
