@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <exception>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -116,15 +117,21 @@ public:
 
     /// \throws Cancelled once all processes have ended, if interrupted
     void run(const Progress& progress) {
-        std::vector<std::jthread> threads;
-        for (int i = 0; i < processes_; ++i) threads.emplace_back([this] { work(); });
+        const auto report = [&] {
+            if (!progress("batch", double(resumed() + written_) / double(meshes_.size()))) stop_ = true;
+            return stop_.load();
+        };
+        std::vector<std::jthread> others;
+        for (int i = 1; i < processes_; ++i)
+            others.emplace_back([this] { work([this] { return stop_.load(); }); });
+        work(report);
         std::unique_lock lock(mutex_);
         while (ended_ < processes_) {
             changed_.wait_for(lock, std::chrono::milliseconds(100));
-            if (!progress("batch", double(resumed() + written_) / double(meshes_.size()))) stop_ = true;
+            report();
         }
         lock.unlock();
-        threads.clear();
+        others.clear();
         if (failure_) std::rethrow_exception(failure_);
         if (stop_) throw Cancelled("stopped by the caller");
     }
@@ -140,12 +147,13 @@ private:
     }
 
     /// Of one thread: the next mesh, until there is none.
-    void work() {
+    /// \param stop  asked while a process runs
+    void work(const std::function<bool()>& stop) {
         try {
             while (!stop_) {
                 const std::size_t i = next_++;
                 if (i >= left_.size()) break;
-                const std::optional<Json> line = treat(*left_[i]);
+                const std::optional<Json> line = treat(*left_[i], stop);
                 const std::lock_guard lock(mutex_);
                 if (line) manifest_.add(left_[i]->mesh, *line), ++written_;
                 changed_.notify_one();
@@ -183,9 +191,8 @@ private:
     }
 
     /// Its line of the manifest; none if it was stopped.
-    std::optional<Json> treat(const Work& work) const {
-        const platform::Ended ended =
-            platform::run_program(command(work), options_.seconds, [this] { return stop_.load(); });
+    std::optional<Json> treat(const Work& work, const std::function<bool()>& stop) const {
+        const platform::Ended ended = platform::run_program(command(work), options_.seconds, stop);
         if (ended.how == platform::Ended::stopped) return std::nullopt;
         Json line{{"mesh", work.mesh}, {"status", "done"}, {"seconds", std::round(1e6 * ended.seconds) / 1e6}};
         if (ended.peak_bytes > 0) line["peak_bytes"] = ended.peak_bytes;
@@ -224,7 +231,7 @@ private:
     std::atomic<bool> stop_ = false;
     std::mutex mutex_;
     std::condition_variable changed_;
-    std::uint64_t written_ = 0;
+    std::atomic<std::uint64_t> written_ = 0;
     int ended_ = 0;
     std::exception_ptr failure_;
 };

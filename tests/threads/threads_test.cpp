@@ -225,22 +225,29 @@ const std::set<std::string> left_out = {
 /// A quick job for every command; the shell and the mesh are there.
 std::map<std::string, std::vector<std::string>> jobs(const Folder& folder) {
     const std::string mesh = folder / "a.ply", shell = folder / "a.its";
-    return {{"build", {mesh, "-o", shell, "--depth", "6", "--force"}},
+    return {{"batch", {folder / "in", "-o", folder / "out", "--retry"}},
+            {"build", {mesh, "-o", shell, "--depth", "6", "--force"}},
             {"check", {mesh}},
             {"info", {shell}},
+            {"offset", {mesh, "-o", folder / "o.ply", "--distance", "1%"}},
             {"query", {shell, folder / "p.ply", "-o", folder / "q.npy", "--value", "--gradient", "--closest"}},
             {"render", {shell, "-o", folder / "r.png", "--size", "256", "--samples", "1"}},
             {"simplify", {mesh, "-o", folder / "s.ply", "--faces", "2000"}},
             {"slice", {shell, "-o", folder / "s.png", "--size", "200", "--mesh", mesh}},
             {"surface", {shell, "-o", folder / "s.glb", "--side", "both"}},
             {"verify", {shell, mesh, "--samples", "10000"}},
-            {"view", {shell, "-o", folder / "v.html"}}};
+            {"verify-cage", {folder / "cage.ply", mesh}},
+            {"view", {shell, "-o", folder / "v.html"}},
+            {"wrap", {mesh, "-o", folder / "w.ply", "--clearance", "1%"}}};
 }
 
 TEST(Threads, EveryCommandObeys) {
     if (threads_test::threads_of("self") == 0) GTEST_SKIP() << "the system does not count threads";
     const Folder folder;
     write_mesh(open_mesh(), folder / "a.ply");
+    write_mesh(zoo::box({-3, -3, -3}, {3, 3, 3}), folder / "cage.ply");
+    fs::create_directory(folder / "in");
+    for (const char* name : {"in/1.ply", "in/2.ply", "in/3.ply"}) write_mesh(open_mesh(), folder / name);
     save(build(open_mesh(), {.depth = 6, .run = {.threads = 1}}), folder / "a.its");
     const std::vector<Vec3> points = many_points();
     const std::vector<std::int8_t> codes(points.size());
@@ -254,6 +261,8 @@ TEST(Threads, EveryCommandObeys) {
             std::vector<std::string> words = {command};
             words.insert(words.end(), all[command].begin(), all[command].end());
             words.insert(words.end(), {"--quiet", "--threads", std::to_string(threads)});
+            if (command == "batch")
+                words.insert(words.end(), {"--", "check", "--weld", std::to_string(threads)});
             const threads_test::CommandRun run = threads_test::run_command(words);
             EXPECT_EQ(run.status, 0) << command;
             EXPECT_LE(run.most, std::max(alone, 1) + threads - 1)
