@@ -21,9 +21,16 @@ constexpr std::uint64_t most_pieces = 20'000;  // of one triangle
 /// products of at most √3·R|n| with three roundings each, their difference, a quotient by a length: below 30.
 constexpr double distance_roundings = 320;
 
-/// The gap between two triangles along a direction: no two of their points are nearer. Of what size the
-/// direction is does not matter.
-double gap(const Vec3& n, const Corners& s, const Corners& t) {
+/// The same direction, of a size whose square is far from underflow: multiplied by a power of two, exactly.
+Vec3 enlarged(Vec3 n) {
+    const auto size = [&] { return std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)}); };
+    for (int i = 0; i < 2 && size() < 0x1p-400; ++i) n = 0x1p+600 * n;
+    return n;
+}
+
+/// The gap between two triangles along a direction: no two of their points are nearer. Any direction has one.
+double gap(const Vec3& direction, const Corners& s, const Corners& t) {
+    const Vec3 n = enlarged(direction);
     const double length = norm(n);
     if (!(length > 0)) return -infinity;
     const double low = std::min({dot(n, s[0]), dot(n, s[1]), dot(n, s[2])});
@@ -31,7 +38,8 @@ double gap(const Vec3& n, const Corners& s, const Corners& t) {
     return (low - high) / length;
 }
 
-/// Where on a triangle a point has its foot: by regions of its plane (Ericson 2005, section 5.1.5).
+/// Where on a triangle a point has its foot: by regions of its plane (Ericson 2005, section 5.1.5). An edge
+/// without length is none.
 Vec3 foot(const Corners& t, const Vec3& p) {
     const Vec3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0], bp = p - t[1], cp = p - t[2];
     const double d1 = dot(ab, ap), d2 = dot(ac, ap);
@@ -39,13 +47,13 @@ Vec3 foot(const Corners& t, const Vec3& p) {
     const double d3 = dot(ab, bp), d4 = dot(ac, bp);
     if (d3 >= 0 && d4 <= d3) return t[1];
     const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return t[0] + (d1 / (d1 - d3)) * ab;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return t[0] + (d1 / (d1 - d3)) * ab;
     const double d5 = dot(ab, cp), d6 = dot(ac, cp);
     if (d6 >= 0 && d5 <= d6) return t[2];
     const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return t[0] + (d2 / (d2 - d6)) * ac;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return t[0] + (d2 / (d2 - d6)) * ac;
     const double va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0 && (d4 - d3) + (d5 - d6) > 0)
         return t[1] + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (t[2] - t[1]);
     const double sum = va + vb + vc;
     return sum != 0 ? t[0] + (vb / sum) * ab + (vc / sum) * ac : t[0];

@@ -72,6 +72,10 @@ double box_distance2(const Box& box, const Vec3& p) {
     return sum;
 }
 
+double largest(const Vec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
 Vec3 times_power(const Vec3& p, int e) {
     return {std::ldexp(p.x, e), std::ldexp(p.y, e), std::ldexp(p.z, e)};
 }
@@ -92,14 +96,26 @@ int exponent_for(const Mesh& mesh) {
 
 }  // namespace
 
-// The normal of a needle is off by some 8 · 2⁻⁵³ · |ab||ac| / |n|, and so is all that is measured along it.
-// Where that is too much twice the precision is taken; but no point of a triangle is farther from its edges
-// than its height over ab, which settles most.
+// Squares and products here are far from underflow or do not matter: lengths below 2⁻¹⁰⁰ are scaled, by a power
+// of two; all of a triangle whose sides are below 2⁻⁶⁰ of the distance to a corner is as far as that corner,
+// but for 2⁻⁶⁰ of it, and other sides have a square of at least 2⁻³²⁰. A normal whose square is below 2⁻⁹⁰⁰ is
+// one of a needle. The normal of a needle is off by some 8 · 2⁻⁵³ · |ab||ac| / |n|, and so is all that is
+// measured along it. Where that is too much twice the precision is taken; but no point of a triangle is farther
+// from its edges than its height over ab, which settles most.
 double distance_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, double limit) {
+    const double size = std::max({largest(a), largest(b), largest(c)});
+    if (size < 0x1p-100) {
+        if (size == 0) return 0;
+        const int e = std::ilogb(size);
+        const double found = distance_to_triangle(times_power(a, -e), times_power(b, -e), times_power(c, -e),
+                                                  std::ldexp(limit, -e));
+        return std::ldexp(found, e);
+    }
     const Vec3 u = b - a, v = c - a, n = cross(u, v);
-    const double length2 = dot(n, n), u2 = dot(u, u), sides2 = u2 * dot(v, v);
+    const double length2 = dot(n, n), u2 = dot(u, u), v2 = dot(v, v), sides2 = u2 * v2;
     const double edges = std::sqrt(least_edge2<Vec3, double>(a, b, c));
-    if (!(length2 > 0x1p-4 * sides2)) {
+    if (std::max(u2, v2) <= 0x1p-120 * dot(a, a)) return edges;
+    if (!(length2 > 0x1p-4 * sides2) || !(length2 > 0x1p-900)) {
         const double height = u2 > 0 ? std::sqrt(length2 / u2) + 16 * roundoff * norm(v) : 0.0;
         return edges * (1 - 0x1p-40) - height > limit ? edges : precise_distance(a, b, c);
     }

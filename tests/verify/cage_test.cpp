@@ -89,6 +89,63 @@ TEST(VerifyCage, SizesDoNotMatter) {
     }
 }
 
+/// Of features so small that squares of their sizes underflow, beside coordinates of ordinary size.
+TEST(VerifyCage, BoundsHoldForTheTiniestFeatures) {
+    const Mesh box = zoo::box({-3, -3, -8}, {3, 3, 1});
+    for (const double tiny : {4.5e-163, 1e-160, 1e-200, 5e-324, 1e-100}) {
+        const Mesh needle{{{0, 0, 0}, {tiny, 0, 0}, {0, 0, -5}}, {{0, 1, 2}}};
+        const VerifyCageReport report = verify_cage(box, needle);
+        EXPECT_LE(report.nearest, 1) << tiny;
+        EXPECT_GE(report.nearest, 0.999) << tiny;
+    }
+    const Mesh spike{{{2, 0, 0}, {-1, 2, 0}, {-1, -2, 0}, {0, 0, 10}, {0, 0, -1}},
+                     {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 0, 4}, {2, 1, 4}, {0, 2, 4}}};
+    for (const double tiny : {1.26e-81, 1e-80, 1e-160, 1e-300, 5e-324, 1e-30}) {
+        const Mesh micro{{{0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}}, {{0, 1, 2}}};
+        const VerifyCageReport report = verify_cage(spike, micro);
+        EXPECT_GE(report.farthest, 10 - tiny) << tiny;
+        EXPECT_LE(report.farthest, 10.01) << tiny;
+    }
+}
+
+/// Where corners of a triangle are one, the shortest way from its inside is found all the same.
+TEST(VerifyCage, WhichCornersAreOneDoesNotMatter) {
+    const std::vector<Vec3> ends = {{-2, 0.3, 0}, {2, -0.3, 0}};
+    Mesh dent = zoo::box({-3, -3, -3}, {3, 3, 3});
+    for (const Triangle& t : {Triangle{0, 0, 1}, Triangle{0, 1, 0}, Triangle{1, 0, 0}, Triangle{0, 1, 1},
+                              Triangle{1, 0, 1}, Triangle{1, 1, 0}}) {
+        const VerifyCageReport report = verify_cage(dent, Mesh{ends, {t}});
+        EXPECT_GE(report.nearest, 1 - 1e-9);
+        EXPECT_LE(report.nearest, 1);
+    }
+    for (Vec3& v : dent.vertices)
+        if (v.z > 0) v.z = 3 + 0.3 * v.x + 0.1 * v.y;
+    const auto v = std::uint32_t(dent.vertices.size());
+    dent.vertices.push_back({0, 0, 1});  // a dent towards the middle of the segment
+    std::vector<Triangle> triangles;
+    for (const Triangle& t : dent.triangles) {
+        const bool top = dent.vertices[t[0]].z > 0 && dent.vertices[t[1]].z > 0 && dent.vertices[t[2]].z > 0;
+        if (!top) {
+            triangles.push_back(t);
+            continue;
+        }
+        triangles.push_back({t[0], t[1], v});
+        triangles.push_back({t[1], t[2], v});
+        triangles.push_back({t[2], t[0], v});
+    }
+    const std::vector<Triangle> all = triangles;
+    std::erase_if(triangles, [&](const Triangle& t) {  // the diagonal, both ways
+        return std::ranges::count_if(all, [&](const Triangle& o) {
+                   return o[2] == v && t[2] == v && o[0] == t[1] && o[1] == t[0];
+               }) > 0;
+    });
+    dent.triangles = triangles;
+    const VerifyCageReport reference = verify_cage(dent, Mesh{ends, {{0, 1, 1}}});
+    const VerifyCageReport other = verify_cage(dent, Mesh{ends, {{0, 0, 1}}});
+    EXPECT_GT(reference.nearest, 0.99);
+    EXPECT_NEAR(other.nearest, reference.nearest, 1e-9);
+}
+
 TEST(VerifyCage, SeesWhatIsWrong) {
     const Mesh ball = zoo::sphere({0, 0, 0}, 1, 2), cage = zoo::sphere({0, 0, 0}, 2, 2);
     EXPECT_THAT(failed_checks(cage, ball), IsEmpty());
