@@ -55,17 +55,32 @@ struct Work {
     std::int64_t modified = 0;  ///< nanoseconds
 };
 
-/// All meshes, or all shells, of a folder and those in it, by name.
-std::vector<Work> find_files(const fs::path& folder, bool shells) {
+/// All meshes, or all shells, of a folder and those in it but `output`, by name. Links are taken by their own
+/// names; what a broken one names is what its command complains of.
+std::vector<Work> find_files(const fs::path& folder, const fs::path& output, bool shells) {
     static const std::set<std::string> meshes = {".obj", ".stl", ".ply", ".off", ".glb", ".gltf", ".3mf"};
     if (!fs::is_directory(folder)) throw FileError(fmt::format("{}: there is no such folder", folder.string()));
+    const fs::path results = fs::weakly_canonical(output);
+    if (results == fs::weakly_canonical(folder))
+        throw OptionError(fmt::format(
+            "{}: results need a folder of their own, or the next run would take them in", folder.string()));
     std::vector<Work> found;
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-        const std::string extension = CLI::detail::to_lower(entry.path().extension().string());
-        if (!entry.is_regular_file() || !(shells ? extension == ".its" : meshes.contains(extension))) continue;
-        const auto modified = std::chrono::file_clock::to_sys(entry.last_write_time()).time_since_epoch();
-        found.push_back({fs::relative(entry.path(), folder).generic_string(), entry.file_size(),
-                         std::chrono::duration_cast<std::chrono::nanoseconds>(modified).count()});
+    std::error_code none;
+    for (fs::recursive_directory_iterator it(folder), end; it != end; ++it) {
+        if (it->is_directory(none)) {
+            if (fs::weakly_canonical(it->path()) == results) it.disable_recursion_pending();
+            continue;
+        }
+        const std::string extension = CLI::detail::to_lower(it->path().extension().string());
+        if (!(shells ? extension == ".its" : meshes.contains(extension))) continue;
+        if (!it->is_regular_file(none) && !it->is_symlink(none)) continue;
+        Work work{.mesh = it->path().lexically_relative(folder).generic_string()};
+        if (it->is_regular_file(none)) {
+            const auto modified = std::chrono::file_clock::to_sys(it->last_write_time()).time_since_epoch();
+            work.size = it->file_size();
+            work.modified = std::chrono::duration_cast<std::chrono::nanoseconds>(modified).count();
+        }
+        found.push_back(std::move(work));
     }
     if (found.empty())
         throw InputError(
@@ -76,6 +91,10 @@ std::vector<Work> find_files(const fs::path& folder, bool shells) {
 
 const Job& job_of(const Options& options) {
     std::string names;
+    for (const std::string& word : options.words)
+        if (word == "-h" || word == "--help")
+            throw OptionError(
+                fmt::format("batch: --help is for one at a time: its help {}", options.words.front()));
     for (const Job& job : jobs) {
         if (options.words.front() == job.command) return job;
         names += fmt::format("{}{}", names.empty() ? "" : ", ", job.command);
@@ -171,7 +190,8 @@ private:
     std::vector<std::string> command(const Work& work) const {
         const fs::path source = fs::path(options_.folder) / work.mesh;
         std::vector<std::string> words = {program_, job_.command, source.string()};
-        const std::string extension = options_.extension.empty() ? job_.extension : options_.extension;
+        std::string extension = options_.extension.empty() ? job_.extension : options_.extension;
+        if (!extension.empty() && extension.front() != '.') extension.insert(0, 1, '.');
         if (*job_.extension != 0) {
             const fs::path target = fs::path(options_.output) / (work.mesh + extension);
             fs::create_directories(target.parent_path());
@@ -192,9 +212,23 @@ private:
 
     /// Its line of the manifest; none if it was stopped.
     std::optional<Json> treat(const Work& work, const std::function<bool()>& stop) const {
-        const platform::Ended ended = platform::run_program(command(work), options_.seconds, stop);
-        if (ended.how == platform::Ended::stopped) return std::nullopt;
-        Json line{{"mesh", work.mesh}, {"status", "done"}, {"seconds", std::round(1e6 * ended.seconds) / 1e6}};
+        Json line{{"mesh", work.mesh}, {"status", "done"}};
+        try {
+            const platform::Ended ended = platform::run_program(command(work), options_.seconds, stop);
+            if (ended.how == platform::Ended::stopped) return std::nullopt;
+            describe(ended, line);
+        } catch (const std::exception& error) {  // a folder that cannot be made, for instance
+            line["status"] = "failed";
+            line["error"] = error.what();
+        }
+        line["size"] = work.size;
+        line["modified"] = work.modified;
+        line["job"] = words_;
+        return line;
+    }
+
+    void describe(const platform::Ended& ended, Json& line) const {
+        line["seconds"] = std::round(1e6 * ended.seconds) / 1e6;
         if (ended.peak_bytes > 0) line["peak_bytes"] = ended.peak_bytes;
         const std::vector<std::string> errors = messages(ended.error, "error"),
                                        warnings = messages(ended.error, "warning");
@@ -213,10 +247,6 @@ private:
         if (!warnings.empty()) line["warnings"] = warnings;
         const Json result = Json::parse(ended.out, nullptr, false);
         if (result.is_object()) line["result"] = result;
-        line["size"] = work.size;
-        line["modified"] = work.modified;
-        line["job"] = words_;
-        return line;
     }
 
     const Options& options_;
@@ -306,6 +336,7 @@ void print_summary(const Options& options, const Batch& batch, const Summary& su
     table.row("Wrote", (fs::path(options.output) / "manifest.jsonl").string());
     table.row("", (fs::path(options.output) / "summary.svg").string());
     for (const std::string& failure : summary.failures) table.row("Not done", failure);
+    if (!summary.failures.empty()) table.row("", "--retry does these again");
     table.print();
 }
 
@@ -317,7 +348,7 @@ void write_text(const fs::path& path, const std::string& text) {
 
 int run(const Options& options) {
     const Stopwatch watch;
-    std::vector<Work> meshes = find_files(options.folder, job_of(options).of_shells);
+    std::vector<Work> meshes = find_files(options.folder, options.output, job_of(options).of_shells);
     std::error_code error;
     fs::create_directories(options.output, error);
     if (error) throw FileError(fmt::format("cannot make the folder '{}': {}", options.output, error.message()));

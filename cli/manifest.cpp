@@ -27,6 +27,21 @@ void Manifest::add(const std::string& mesh, Json line) {
     lines_[mesh] = std::move(line);
 }
 
+namespace {
+
+/// Whether what is read later has the types that are written.
+bool is_line(const Json& line) {
+    if (!line.is_object()) return false;
+    const auto is = [&](const char* name, auto&& right) { return !line.contains(name) || right(line[name]); };
+    const auto text = [](const Json& value) { return value.is_string(); };
+    const auto number = [](const Json& value) { return value.is_number(); };
+    return line.contains("mesh") && is("mesh", text) && is("status", text) && is("job", text) &&
+           is("error", text) && is("size", number) && is("modified", number) && is("seconds", number) &&
+           is("peak_bytes", number) && is("result", [](const Json& value) { return value.is_object(); });
+}
+
+}  // namespace
+
 /// A run that was killed may have left half a line: it is cut off.
 void Manifest::read() {
     std::ifstream file(path_, std::ios::binary);
@@ -37,7 +52,7 @@ void Manifest::read() {
         ++number;
         Json line = Json::parse(text.begin() + std::ptrdiff_t(begin), text.begin() + std::ptrdiff_t(end),
                                 nullptr, false);
-        if (!line.is_object() || !line.contains("mesh") || !line["mesh"].is_string())
+        if (!is_line(line))
             throw FileError(fmt::format("{}: line {} is none of a manifest", path_.string(), number));
         const std::string mesh = line["mesh"];
         lines_[mesh] = std::move(line);

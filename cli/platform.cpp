@@ -51,14 +51,20 @@ std::filesystem::path this_program() {
 
 namespace {
 
+/// Not handed to programs that are started.
+void keep(int descriptor) {
+    fcntl(descriptor, F_SETFD, FD_CLOEXEC);
+}
+
 /// A file without a name, which a program writes and we read.
 class Printed {
 public:
     Printed() : file_(std::tmpfile(), &std::fclose) {
         if (!file_) throw Error(fmt::format("a temporary file cannot be made: {}", std::strerror(errno)));
+        keep(number());
     }
 
-    int number() const { return fileno(file_.get()); }
+    int number() const { return fileno(file_.get()); }  // which no other program gets but as its own output
 
     std::string text() const {
         std::string text;
@@ -96,6 +102,8 @@ Ended run_program(const std::vector<std::string>& words, double seconds, const s
     std::vector<char*> pointers;
     for (const std::string& word : words) pointers.push_back(const_cast<char*>(word.c_str()));
     pointers.push_back(nullptr);
+    std::signal(SIGCHLD,
+                SIG_DFL);  // who ignores it, as a parent may have made us do, is not told how children end
     const Printed out, error;
     const auto start = Clock::now();
     const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -107,12 +115,15 @@ Ended run_program(const std::vector<std::string>& words, double seconds, const s
     int status = 0;
     rusage usage = {};
     auto pause = std::chrono::microseconds(200);
-    while (wait4(child, &status, WNOHANG, &usage) == 0) {
+    for (pid_t found; (found = wait4(child, &status, WNOHANG, &usage)) != child;) {
+        if (found < 0 && errno != EINTR)
+            throw Error(fmt::format("how a program ended is not known: {}", std::strerror(errno)));
         const bool late = seconds > 0 && spent() > seconds;
         if (late || stop()) {
             ended.how = late ? Ended::out_of_time : Ended::stopped;
             kill(-child, SIGKILL);
-            wait4(child, &status, 0, &usage);
+            while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {
+            }
             break;
         }
         std::this_thread::sleep_for(pause);
@@ -132,6 +143,7 @@ FileHold::FileHold(const std::filesystem::path& path)
           if (file != nullptr) std::fclose(static_cast<std::FILE*>(file));
       }) {
     if (!file_) throw FileError(fmt::format("cannot write '{}': {}", path.string(), std::strerror(errno)));
+    keep(fileno(static_cast<std::FILE*>(file_.get())));
     held_ = flock(fileno(static_cast<std::FILE*>(file_.get())), LOCK_EX | LOCK_NB) == 0;
 }
 

@@ -118,10 +118,10 @@ void OffsetTree::want(std::uint64_t key, const Node& near, std::vector<Wanted>& 
     if (values_.find(key) == nullptr) wanted.push_back({key, position(twice_centre(near)), near.centre});
 }
 
-/// g changes by no more than the way from the middle.
+/// g changes by no more than the way from the middle, and errs there by no more than rounding_.
 bool OffsetTree::may_be_crossed(const Node& node) const {
     const double width = std::ldexp(task_.lattice.width, node.level);
-    return std::abs(node.centre) <= (1 + 0x1p-20) * to_corner * width;
+    return std::abs(node.centre) <= (1 + 0x1p-20) * to_corner * width + rounding_;
 }
 
 /// Of a leaf that may be crossed, with values at its corners: too wide, or g bends too much for it.
@@ -295,7 +295,7 @@ OffsetTree::Crossed OffsetTree::crossed(const Progress& progress) {
         for (unsigned c = 0; c < 8; ++c) {
             const Node& child = nodes_[node.child + c];
             const double width = std::ldexp(task_.lattice.width, child.level);
-            const bool near = std::abs(child.centre) <= (1 + 0x1p-20) * to_far_corner * width;
+            const bool near = std::abs(child.centre) <= (1 + 0x1p-20) * to_far_corner * width + rounding_;
             if (child.child == 0 && near) group.near |= 1u << c;
         }
         if (group.near != 0) groups.push_back(group);

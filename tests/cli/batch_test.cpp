@@ -25,6 +25,40 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
+/// Another run of the program, which is not waited for.
+class Background {
+public:
+    explicit Background(const std::vector<std::string>& arguments) {
+        std::vector<std::string> words = {ITS_PROGRAM};
+        words.insert(words.end(), arguments.begin(), arguments.end());
+        std::vector<char*> pointers;
+        for (std::string& word : words) pointers.push_back(word.data());
+        pointers.push_back(nullptr);
+        child_ = fork();
+        if (child_ == 0) {
+            execv(pointers[0], pointers.data());
+            _exit(127);
+        }
+    }
+    ~Background() { end(SIGKILL); }
+    Background(const Background&) = delete;
+    Background& operator=(const Background&) = delete;
+
+    /// The exit status, or 128 + the signal's number.
+    int end(int signal) {
+        if (child_ == 0) return status_;
+        kill(child_, signal);
+        int status = 0;
+        waitpid(child_, &status, 0);
+        child_ = 0;
+        return status_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    }
+
+private:
+    pid_t child_ = 0;
+    int status_ = 0;
+};
+
 /// A folder of meshes: some good ones, one in a folder of its own, one that is none, and what is no mesh.
 struct Models {
     Models() {
@@ -106,7 +140,7 @@ TEST(Batch, OthersOutliveWhatTakesTooLong) {
 
 TEST(Batch, OptionsReachTheCommand) {
     const Models models;
-    EXPECT_EQ(models.go({"simplify", "--faces", "100"}, {"--extension", ".stl"}).status, 1);
+    EXPECT_EQ(models.go({"simplify", "--faces", "100"}, {"--extension", "stl"}).status, 1);
     EXPECT_TRUE(std::filesystem::exists(models.shop / "out/torus.ply.stl"));
     for (const json& line : models.lines()) {
         if (line["mesh"] == "torus.ply") {
@@ -138,8 +172,55 @@ TEST(Batch, HalfALineIsCutOff) {
         EXPECT_EQ(json::parse(again.out)["done_before"], count(text.substr(0, keep)));
         EXPECT_EQ(count(content(models.shop / "out/manifest.jsonl")), 4);
     }
-    models.shop.add("out/manifest.jsonl", std::string("{}\n"));
-    EXPECT_THAT(models.go({"check"}).error, HasSubstr("line 1 is none of a manifest"));
+    for (const char* line : {"{}", "[1]", "{\"mesh\":3}", "{\"mesh\":\"a\",\"job\":3}",
+                             "{\"mesh\":\"a\",\"seconds\":\"1\"}", "nonsense"}) {
+        models.shop.add("out/manifest.jsonl", line + std::string("\n"));
+        EXPECT_THAT(models.go({"check"}).error, HasSubstr("line 1 is none of a manifest")) << line;
+    }
+}
+
+TEST(Batch, LinksHaveTheirOwnNames) {
+    const Models models;
+    std::filesystem::create_directory(models.shop / "elsewhere");
+    models.shop.add("elsewhere/far.obj", zoo::tetrahedron());
+    for (const char* name : {"in/one.obj", "in/two.obj"})
+        std::filesystem::create_symlink(models.shop / "elsewhere/far.obj", models.shop / name);
+    std::filesystem::create_symlink(models.shop / "in/self.obj", models.shop / "in/self.obj");
+    std::filesystem::create_symlink(models.shop / "nowhere", models.shop / "in/broken.obj");
+    const json report = json::parse(models.go({"build", "--depth", "3"}).out);
+    EXPECT_EQ(report["counts"], json({{"done", 5}, {"failed", 3}})) << report;
+    EXPECT_TRUE(std::filesystem::exists(models.shop / "out/one.obj.its"));
+    EXPECT_TRUE(std::filesystem::exists(models.shop / "out/two.obj.its"));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(models.shop / "elsewhere"), {}), 1);
+}
+
+TEST(Batch, ResultsAreNoInput) {
+    const Models models;
+    const std::string in = models.shop.path("in");
+    const std::vector<std::string> again = {"batch", in, "-o", in + "/results", "--json", "--", "wrap"};
+    EXPECT_EQ(json::parse(run(again).out)["meshes"], 4);
+    EXPECT_EQ(json::parse(run(again).out)["meshes"], 4);
+    EXPECT_THAT(run({"batch", in, "-o", in + "/../in", "--", "check"}).error,
+                HasSubstr("a folder of their own"));
+}
+
+TEST(Batch, WhatStandsInTheWayOfOneIsItsOwn) {
+    const Models models;
+    std::filesystem::create_directory(models.shop / "out");
+    models.shop.add("out/deep", std::string("a file where a folder is needed"));
+    EXPECT_EQ(json::parse(models.go({"build", "--depth", "3"}).out)["counts"],
+              json({{"done", 2}, {"failed", 2}}));
+}
+
+/// A parent may have asked not to be told how children end, which programs inherit.
+TEST(Batch, FailuresAreSeenWhoeverStartsIt) {
+    const Models models;
+    const auto before = std::signal(SIGCHLD, SIG_IGN);
+    Background job({"batch", models.shop.path("in"), "-o", models.shop.path("out"), "--quiet", "--", "simplify",
+                    "--tolerance", "-5"});
+    std::signal(SIGCHLD, before);
+    EXPECT_EQ(job.end(0), 1);
+    for (const json& line : models.lines()) EXPECT_EQ(line["status"], "failed") << line;
 }
 
 TEST(Batch, SaysWhatCannotBeDone) {
@@ -149,6 +230,7 @@ TEST(Batch, SaysWhatCannotBeDone) {
         EXPECT_THAT(result.error, HasSubstr(text));
     };
     expect(models.go({"verify"}), "choose among build");
+    expect(models.go({"wrap", "--help"}), "its help wrap");
     EXPECT_FALSE(std::filesystem::exists(models.shop / "out"));
     expect(run({"batch", models.shop.path("nowhere"), "-o", models.shop.path("out"), "--", "check"}),
            "no such folder");
@@ -159,40 +241,6 @@ TEST(Batch, SaysWhatCannotBeDone) {
            "no meshes");
     expect(models.go({"check"}, {"--seconds", "0"}), "--seconds");
 }
-
-/// Another run of the program, which is not waited for.
-class Background {
-public:
-    explicit Background(const std::vector<std::string>& arguments) {
-        std::vector<std::string> words = {ITS_PROGRAM};
-        words.insert(words.end(), arguments.begin(), arguments.end());
-        std::vector<char*> pointers;
-        for (std::string& word : words) pointers.push_back(word.data());
-        pointers.push_back(nullptr);
-        child_ = fork();
-        if (child_ == 0) {
-            execv(pointers[0], pointers.data());
-            _exit(127);
-        }
-    }
-    ~Background() { end(SIGKILL); }
-    Background(const Background&) = delete;
-    Background& operator=(const Background&) = delete;
-
-    /// The exit status, or 128 + the signal's number.
-    int end(int signal) {
-        if (child_ == 0) return status_;
-        kill(child_, signal);
-        int status = 0;
-        waitpid(child_, &status, 0);
-        child_ = 0;
-        return status_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    }
-
-private:
-    pid_t child_ = 0;
-    int status_ = 0;
-};
 
 /// Many meshes that take a while each, so that a run can be met on its way.
 struct LongRun {
