@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 namespace its::cli {
 
@@ -82,6 +83,25 @@ std::string seconds_text(double seconds) {
 
 std::string length_text(double length) {
     return fmt::format("{:.6g}", length);
+}
+
+namespace {
+
+/// Six digits that do not pass the length on the side of `direction`, −1 or 1.
+std::string bound_text(double length, int direction) {
+    std::string text = length_text(length);
+    if (direction * (std::strtod(text.c_str(), nullptr) - length) >= 0 || !std::isfinite(length)) return text;
+    return length_text(length + direction * std::pow(10.0, std::floor(std::log10(std::abs(length))) - 5));
+}
+
+}  // namespace
+
+std::string lower_bound_text(double length) {
+    return bound_text(length, -1);
+}
+
+std::string upper_bound_text(double length) {
+    return bound_text(length, 1);
 }
 
 std::string yes_or_no(bool value) {

@@ -37,6 +37,8 @@ std::string count_text(std::uint64_t count);  ///< 1234567 as 1,234,567
 std::string bytes_text(std::uint64_t bytes);  ///< 1234567 as 1.23 MB
 std::string seconds_text(double seconds);     ///< three digits and the unit: 12.3 ms, 1.23 s
 std::string length_text(double length);       ///< six significant digits
+std::string lower_bound_text(double length);  ///< the same, and no more than the length
+std::string upper_bound_text(double length);  ///< the same, and no less
 std::string yes_or_no(bool value);
 
 /// The mesh and the shell, as `its build --json` and `its info --json` have them.

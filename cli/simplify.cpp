@@ -115,7 +115,8 @@ void print_report(const Options& options, const Input& input, const SimplifyRepo
               fmt::format("{} to {}", count_text(report.faces_before), count_text(report.faces_after)));
     table.row("Stopped because", std::string(reason(report.stop)));
     if (report.proven_bound)
-        table.row("Proven, both ways", fmt::format("every point within {}", length_text(*report.proven_bound)));
+        table.row("Proven, both ways",
+                  fmt::format("every point within {}", upper_bound_text(*report.proven_bound)));
     if (report.shell)
         table.row("Shell", fmt::format("{} thick, [{}, {}], depth {}{}", length_text(report.shell->thickness()),
                                        length_text(report.shell->epsilon_inner),

@@ -119,7 +119,7 @@ void add_rows(Table& table, const Written& written, double scale) {
                                  count_text(written.surface.mesh.vertices.size())));
     table.row("  level",
               fmt::format("f = {} ({:.6g} relative)", length_text(report.level), report.level / scale));
-    table.row("  certified", report.certified ? fmt::format("yes, margin {}", length_text(report.margin))
+    table.row("  certified", report.certified ? fmt::format("yes, margin {}", lower_bound_text(report.margin))
                                               : "no: " + report.reason);
     if (report.to_mesh && report.from_mesh)
         table.row("  measured distance",

@@ -45,7 +45,7 @@ void print_report(const VerifyCageReport& report) {
         fmt::print("{} {:<{}}  {}\n", check.passed ? "pass" : "FAIL", check.name, width, check.detail);
     Table table;
     table.row("Distance", fmt::format("{} to {} at every point of the cage, proven",
-                                      length_text(report.nearest), length_text(report.farthest)));
+                                      lower_bound_text(report.nearest), upper_bound_text(report.farthest)));
     table.row("Time", seconds_text(report.seconds.total));
     table.row("Result", report.passed() ? "all checks passed" : "FAILED");
     table.print();

@@ -103,8 +103,8 @@ void add_rows(Table& table, const Written& written) {
         fmt::format("{} triangles, {} vertices, {} part{}", count_text(written.wrap.mesh.triangles.size()),
                     count_text(written.wrap.mesh.vertices.size()), count_text(report.components),
                     report.components == 1 ? "" : "s"));
-    table.row("  distance", fmt::format("{} to {} at every point, proven", length_text(report.lowest),
-                                        length_text(report.highest)));
+    table.row("  distance", fmt::format("{} to {} at every point, proven", lower_bound_text(report.lowest),
+                                        upper_bound_text(report.highest)));
     if (report.to_mesh && report.from_mesh)
         table.row("  measured", fmt::format("at most {} to the mesh, and {} from it",
                                             length_text(*report.to_mesh), length_text(*report.from_mesh)));

@@ -6,6 +6,7 @@ import fcntl
 import functools
 import hashlib
 import json
+import math
 import os
 import pickle
 import queue
@@ -14,12 +15,13 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import asdict, dataclass, field, fields
 from html import escape
 from pathlib import Path
+from types import CodeType, FunctionType
 from typing import Any, Protocol, TypeAlias
 
-from ._child import end_all, run_isolated
+from ._child import Children, run_isolated
 from ._errors import Cancelled, Error, FileError, InputError, OptionError
 from ._histogram import histogram
 from ._html import table
@@ -144,7 +146,11 @@ class BatchReport:
             columns["peak_bytes"] = [float(one.peak_bytes or 0) for one in done]
         for name in done[0].result if done else ():
             values = [one.result.get(name) for one in done]
-            numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
+            numbers = [
+                float(v)
+                for v in values
+                if isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v)
+            ]
             if len(numbers) == len(done):
                 columns[name] = numbers
         return histogram(columns)
@@ -183,7 +189,7 @@ def batch(
     :raises Cancelled: by ``progress``; the manifest has what is done
     :raises Error: if the engine fails; the manifest has what is done
     """
-    found = list(_named(meshes))
+    found = list(_named(meshes, Path(out)))
     limit = None if seconds is None else number("seconds", seconds)
     if limit is not None and not limit > 0:
         raise OptionError(f"seconds {limit:g}: must be more than 0")
@@ -202,13 +208,11 @@ class _Plan:
     max_memory: int | None
 
     def task(self, source: Path, name: str) -> dict[str, Any]:
-        target = self.out / name
-        target.parent.mkdir(parents=True, exist_ok=True)
         return {
             "job": self.payload,
             "preparation": self.preparation,
             "source": str(source),
-            "target": str(target.absolute()),
+            "target": str((self.out / name).absolute()),
             "max_memory": self.max_memory,
         }
 
@@ -256,13 +260,26 @@ def _stamp(path: Path) -> tuple[int, int]:
     return status.st_size, status.st_mtime_ns
 
 
-def _named(meshes: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> Iterator[tuple[str, Path]]:
-    """Names within the output, and absolute paths."""
+def _named(
+    meshes: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], out: Path
+) -> Iterator[tuple[str, Path]]:
+    """Names within the output, and absolute paths. What is in the output is no mesh of the folder."""
     if isinstance(meshes, str | os.PathLike):
         folder = Path(meshes)
         if not folder.is_dir():
             raise InputError(f"{folder}: there is no such folder; give a list for single files")
-        files = sorted(p for p in folder.rglob("*") if p.suffix.lower() in _extensions and p.is_file())
+        results = out.resolve()
+        if results == folder.resolve():
+            raise OptionError(
+                f"{folder}: results need a folder of their own, or the next run would take them in"
+            )
+        files = sorted(
+            path
+            for path in folder.rglob("*")
+            if path.suffix.lower() in _extensions
+            and not path.is_dir()
+            and not path.parent.resolve().is_relative_to(results)
+        )
         pairs = [(str(file.relative_to(folder)), file.absolute()) for file in files]
     else:
         pairs = [(Path(path).name, Path(path).absolute()) for path in meshes]
@@ -275,14 +292,51 @@ def _named(meshes: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) ->
 
 
 def _identity(job: Any) -> str:
-    """The same for the same job in another process."""
-    if isinstance(job, functools.partial):
-        return f"{_identity(job.func)}{job.args!r}{sorted(job.keywords.items())!r}"
-    if is_dataclass(job) and not isinstance(job, type):
-        return f"{type(job).__module__}.{job!r}"
-    if hasattr(job, "__qualname__"):
-        return f"{job.__module__}.{job.__qualname__}"
-    return f"{type(job).__module__}.{type(job).__qualname__}:{hashlib.sha256(pickle.dumps(job)).hexdigest()}"
+    """The same for the same job in another process, not where its code or anything in it has changed."""
+    if isinstance(job, BuildJob):
+        return repr(job)
+    seen = hashlib.sha256()
+    _add(job, seen)
+    name = getattr(job, "__qualname__", type(job).__qualname__)
+    return f"{getattr(job, '__module__', '')}.{name}:{seen.hexdigest()[:16]}"
+
+
+def _add(value: Any, seen: hashlib._Hash) -> None:
+    """Code by what it does, data by what it is."""
+    if isinstance(value, functools.partial):
+        for part in (value.func, value.args, sorted(value.keywords.items())):
+            _add(part, seen)
+    elif isinstance(value, FunctionType):
+        _add(value.__code__, seen)
+        _add(value.__defaults__, seen)
+        _add(value.__kwdefaults__, seen)
+        for cell in value.__closure__ or ():
+            _add(cell.cell_contents, seen)
+    elif isinstance(value, CodeType):
+        seen.update(value.co_code)
+        for part in (value.co_names, value.co_consts):
+            _add(part, seen)
+    elif isinstance(value, tuple | list):
+        seen.update(b"(")
+        for part in value:
+            _add(part, seen)
+        seen.update(b")")
+    else:
+        try:
+            seen.update(pickle.dumps(value, protocol=4))
+        except (pickle.PicklingError, AttributeError, TypeError):
+            seen.update(repr(value).encode())  # perhaps with an address: then all is done anew
+
+
+def _plain(value: Any) -> Any:
+    """As JSON has it, which knows no NaN and no infinity: they become words."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
 
 
 class _Manifest:
@@ -295,6 +349,9 @@ class _Manifest:
     def __enter__(self) -> _Manifest:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(f"{self.path.parent}: this folder cannot be made: {error.strerror}") from error
+        try:
             self._file = open(self.path, "a+b")
         except OSError as error:
             raise FileError(f"{self.path}: {error.strerror}") from error
@@ -329,7 +386,7 @@ class _Manifest:
     def add(self, done: Done) -> None:
         self.lines[done.mesh] = done
         values = {name: value for name, value in asdict(done).items() if value not in (None, [], {})}
-        self._file.write(json.dumps(values, default=str).encode() + b"\n")
+        self._file.write(json.dumps(_plain(values), default=str).encode() + b"\n")
         self._file.flush()
 
 
@@ -346,15 +403,16 @@ def _run(
     left = [pair for pair in meshes if not plan.is_done(manifest.lines.get(pair[0]), pair[1], retry)]
     resumed = len(meshes) - len(left)
     if executor is not None:
-        _feed(executor, left, plan, manifest, len(meshes), watch)
+        _feed(executor, run_isolated, left, plan, manifest, len(meshes), watch)
     elif left:
         if workers < 0:
             raise OptionError(f"workers {workers}: must be 0 or more")
+        children = Children()
         with ThreadPoolExecutor(workers or os.cpu_count() or 1, "its.batch") as own:
             try:
-                _feed(own, left, plan, manifest, len(meshes), watch)
+                _feed(own, children.run, left, plan, manifest, len(meshes), watch)
             finally:
-                end_all()
+                children.end()
     report = BatchReport(
         [manifest.lines[name] for name, _ in meshes], str(manifest.path), resumed, time.monotonic() - start
     )
@@ -365,6 +423,7 @@ def _run(
 
 def _feed(
     executor: Engine,
+    run: Callable[..., dict[str, Any]],
     left: list[tuple[str, Path]],
     plan: _Plan,
     manifest: _Manifest,
@@ -380,7 +439,7 @@ def _feed(
         pair = next(waiting, None)
         if pair is None:
             return False
-        future: _Future = executor.submit(run_isolated, plan.task(pair[1], pair[0]), plan.seconds)
+        future: _Future = executor.submit(run, plan.task(pair[1], pair[0]), plan.seconds)
         flying[future] = pair
         future.add_done_callback(finished.put)
         return True

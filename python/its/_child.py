@@ -102,34 +102,47 @@ def _cause(code: int) -> str:
     return f"exit status {code}" if code >= 0 else f"signal {signal.Signals(-code).name}"
 
 
-_idle: list[Child] = []
-_busy: set[Child] = set()
-_lock = threading.Lock()
+class Children:
+    """Those of a worker, or of one batch: a task takes one that is idle, or a new one."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._idle: list[Child] = []
+        self._busy: set[Child] = set()
+        self._ended = False
+
+    def run(self, task: dict[str, Any], seconds: float | None) -> dict[str, Any]:
+        """In any thread. What became of the task."""
+        with self._lock:
+            if self._ended:
+                return {"status": "crashed", "error": "the batch was ended"}
+            child = self._idle.pop() if self._idle else None
+            if child is None or not child.alive:
+                child = Child()
+            self._busy.add(child)
+        try:
+            return child.run(task, seconds)
+        finally:
+            with self._lock:
+                self._busy.remove(child)
+                if child.alive:
+                    self._idle.append(child)
+
+    def end(self) -> None:
+        """Kills them, whatever they do."""
+        with self._lock:
+            self._ended = True
+            for child in (*self._idle, *self._busy):
+                child.kill()
+            self._idle.clear()
+
+
+_of_worker = Children()
 
 
 def run_isolated(task: dict[str, Any], seconds: float | None) -> dict[str, Any]:
     """On a worker of any kind, in any of its threads."""
-    with _lock:
-        child = _idle.pop() if _idle else None
-    if child is None or not child.alive:
-        child = Child()
-    with _lock:
-        _busy.add(child)
-    try:
-        return child.run(task, seconds)
-    finally:
-        with _lock:
-            _busy.remove(child)
-            if child.alive:
-                _idle.append(child)
-
-
-def end_all() -> None:
-    """Kills this process's children, whatever they do."""
-    with _lock:
-        for child in (*_idle, *_busy):
-            child.kill()
-        _idle.clear()
+    return _of_worker.run(task, seconds)
 
 
 # The child's side.
@@ -172,11 +185,12 @@ def _perform(job: Any, task: dict[str, Any]) -> dict[str, Any]:
 
 def _outcome(job: Any, task: dict[str, Any]) -> dict[str, Any]:
     try:
+        os.makedirs(os.path.dirname(task["target"]), exist_ok=True)
         _limit(task["max_memory"])
         return {"status": "done", "result": dict(job(task["source"], task["target"]) or {})}
     except MemoryError as error:
         return {"status": "memory", "error": str(error) or "no more memory"}
-    except Exception as error:  # of any kind: it is the mesh's, and told
+    except BaseException as error:  # of any kind, sys.exit() too: it is the mesh's, and told
         return {"status": "failed", "error": f"{type(error).__name__}: {error}"}
     finally:
         _limit(None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy.typing as npt
 from . import _bridges, _its
 from ._arrays import Array, Floats, as_faces, as_vertices
 from ._bridges import Found, find
-from ._errors import FileWarning, InputError, OptionError
+from ._errors import FileWarning, InputError, LossWarning, OptionError
 from ._html import table
 from ._progress import ProgressLike, observer
 from ._sizes import path_bytes
@@ -111,6 +112,10 @@ class Surface(Mesh):
     level: float = 0.0  #: the value of f that was extracted; mesh units
     report: dict[str, Any] = field(default_factory=dict)
 
+    def save(self, path: str | os.PathLike[str]) -> list[str]:
+        """Writes a file, as :func:`its.write`. A LossWarning where its format rounds what was proven."""
+        return say_rounding(self, path, super().save(path))
+
     def _rows(self) -> dict[str, object]:
         return {
             **super()._rows(),
@@ -118,6 +123,16 @@ class Surface(Mesh):
             "reason": self.reason or "–",
             "level": self.level,
         }
+
+
+def say_rounding(mesh: Mesh, path: str | os.PathLike[str], lines: list[str]) -> list[str]:
+    """Of a proven surface: that its proof is lost if it is, besides the lines that writing gave."""
+    rounded = Path(path).suffix.lower() in (".stl", ".glb")
+    if not rounded or np.array_equal(mesh.vertices, np.asarray(mesh.vertices).astype(np.float32)):
+        return lines
+    lost = "coordinates were rounded to 32 bits: nothing is proven of the file; .ply, .obj, .off keep all digits"
+    warnings.warn(f"{os.fspath(path)}: {lost}", LossWarning, stacklevel=3)
+    return [*lines, lost]
 
 
 def as_arrays(mesh: MeshLike, faces: Any = None) -> tuple[Array, Array]:

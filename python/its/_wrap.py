@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from typing import Any
 
 from . import _its
 from ._errors import OptionError
 from ._html import table
-from ._mesh import Mesh, MeshLike, as_arrays
+from ._mesh import Mesh, MeshLike, as_arrays, say_rounding
 from ._progress import ProgressLike, observer
 from ._reports import Check
 from ._sizes import bytes_of, given, number
@@ -22,6 +23,13 @@ class Wrap(Mesh):
     lowest: float = 0.0
     highest: float = 0.0
     report: dict[str, Any] = field(default_factory=dict)
+
+    def save(self, path: str | os.PathLike[str]) -> list[str]:
+        """Writes a file, as :func:`its.write`. A LossWarning where its format rounds what was proven.
+
+        With ``single=True`` the wrap's coordinates have 32 bits, and are proven so.
+        """
+        return say_rounding(self, path, super().save(path))
 
     def _rows(self) -> dict[str, object]:
         return {**super()._rows(), "nearest, proven": self.lowest, "farthest, proven": self.highest}
@@ -42,7 +50,8 @@ def wrap(
 ) -> Wrap:
     """A surface around a mesh, or inside it, no nearer to it than ``clearance`` and no farther than slack more.
 
-    A mesh without an inside is wrapped around both sides of its sheets.
+    A mesh without an inside is wrapped around both sides of its sheets. A wrap with clearance 0 follows them as
+    nearly as the slack says, through every hole, and is large: give a clearance, or more slack.
 
     :param clearance: mesh units; 0: as tight as the slack
     :param slack: mesh units; default: 2 % of the clearance or 0.1 % of the longest side, whichever is larger

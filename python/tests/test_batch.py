@@ -251,3 +251,77 @@ def test_what_cannot_be_done(tmp_path: Path) -> None:
     gone = its.batch([folder / "b.obj"], tmp_path / "out", obey)
     assert gone.meshes[0].status == "failed"
     assert "FileNotFoundError" in str(gone)
+
+
+def test_another_lambda_is_another_job(tmp_path: Path) -> None:
+    pytest.importorskip("cloudpickle")
+    folder, out = write(tmp_path / "in", a="go"), tmp_path / "out"
+
+    def job(n: int) -> Any:
+        return lambda source, target: {"n": n}
+
+    for n in (1, 2):
+        assert its.batch(folder, out, job(n)).meshes[0].result == {"n": n}
+        assert its.batch(folder, out, job(n)).resumed == 1
+    assert its.batch(folder, out, lambda source, target: {"n": 1 + 1}).resumed == 0
+    assert its.batch(folder, out, lambda source, target: {"n": 3}).resumed == 0
+    assert its.batch(folder, out, partial(obey, extra=7)).meshes[0].result["letters"] == 9
+
+
+def test_batches_at_once_do_not_know_each_other(tmp_path: Path) -> None:
+    quick, slow = (
+        write(tmp_path / "quick", a="go"),
+        write(tmp_path / "slow", **{f"m{i}": "slow" for i in range(8)}),
+    )
+    with ThreadPoolExecutor() as threads:
+        other = threads.submit(its.batch, slow, tmp_path / "out", obey, workers=2)
+        for i in range(5):
+            assert its.batch(quick, tmp_path / f"quick{i}", obey).counts == {"done": 1}
+        assert other.result().counts == {"done": 8}
+
+
+def odd_numbers(source: str, target: str) -> dict[str, Any]:
+    return {"nan": float("nan"), "list": [float("inf"), 1.5], "one": 1.0}
+
+
+def quit_early(source: str, target: str) -> None:
+    sys.exit(3)
+
+
+def test_results_that_are_no_numbers(tmp_path: Path) -> None:
+    folder, out = write(tmp_path / "in", a="go", b="go"), tmp_path / "out"
+    for _ in range(2):
+        report = its.batch(folder, out, odd_numbers)
+        assert report.counts == {"done": 2}
+    lines = (out / "manifest.jsonl").read_text().splitlines()
+
+    def refuse(name: str) -> None:
+        raise ValueError(name)
+
+    assert json.loads(lines[0], parse_constant=refuse)["result"] == {
+        "nan": "nan",
+        "list": ["inf", 1.5],
+        "one": 1.0,
+    }
+    assert its.batch(folder, out, quit_early).meshes[0].error == "SystemExit: 3"
+
+
+def test_results_are_no_input(tmp_path: Path) -> None:
+    folder = write(tmp_path / "in", a="go")
+    (folder / "link.obj").symlink_to(folder / "a.obj")
+    (folder / "broken.obj").symlink_to(folder / "nowhere")
+    write(folder / "results", old="go")
+    report = its.batch(folder, folder / "results", obey)
+    assert [done.mesh for done in report.meshes] == ["a.obj", "broken.obj", "link.obj"]
+    assert report.counts == {"done": 2, "failed": 1}
+    with pytest.raises(its.OptionError, match="folder of their own"):
+        its.batch(folder, folder, obey)
+
+
+def test_what_stands_in_the_way_of_one_is_its_own(tmp_path: Path) -> None:
+    folder, out = write(tmp_path / "in", a="go"), tmp_path / "out"
+    write(folder / "deep", b="go")
+    out.mkdir()
+    (out / "deep").write_text("a file where a folder is needed")
+    report = its.batch(folder, out, obey)
+    assert {done.mesh: done.status for done in report.meshes} == {"a.obj": "done", "deep/b.obj": "failed"}

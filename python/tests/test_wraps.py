@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,18 @@ def test_a_cage_that_is_none() -> None:
     assert its.verify_cage((small, faces), (large, faces), side="inner")
     assert not its.verify_cage((large, faces), (small, faces), distance=0.5)
     assert not its.verify_cage((large, faces[:-1]), (small, faces))
+
+
+def test_files_that_round_say_so(tmp_path: Path) -> None:
+    wrap = its.wrap(torus(), clearance=0.1, slack=0.02)
+    with pytest.warns(its.LossWarning, match="nothing is proven"):
+        assert "rounded" in wrap.save(tmp_path / "wrap.stl")[-1]
+    assert wrap.save(tmp_path / "wrap.ply") == []
+    single = its.wrap(torus(), clearance=0.1, slack=0.02, single=True)
+    assert single.save(tmp_path / "wrap.stl") == []
+    assert its.verify_cage(tmp_path / "wrap.stl", torus(), clearance=0.1, distance=0.12)
+    with pytest.warns(its.LossWarning, match="nothing is proven"):
+        its.build(*torus(), depth=5).surface().save(tmp_path / "surface.stl")
 
 
 def test_options() -> None:

@@ -317,11 +317,11 @@ void judge_distances(const VerifyCageOptions& options, const VerifyCageReport& r
     };
     if (options.clearance)
         add("clearance", report.nearest >= *options.clearance, report.nearest - *options.clearance,
-            fmt::format("no point of the cage is nearer than {:.9g}, proven; at least {:.9g} was asked for",
+            fmt::format("no point of the cage is nearer than {}, proven; at least {} was asked for",
                         report.nearest, *options.clearance));
     if (options.distance)
         add("distance", report.farthest <= *options.distance, *options.distance - report.farthest,
-            fmt::format("no point of the cage is farther than {:.9g}, proven; at most {:.9g} was asked for",
+            fmt::format("no point of the cage is farther than {}, proven; at most {} was asked for",
                         report.farthest, *options.distance));
 }
 

@@ -105,7 +105,7 @@ void explain_empty(WrapReport& report) {
     report.empty = true;
     report.reason = report.sign == SignRule::unsigned_rule
                         ? "the mesh is not closed, so that it has no inside"
-                        : fmt::format("no point inside the mesh is farther than {:.3g} from it",
+                        : fmt::format("no point inside the mesh is farther than {} from it",
                                       report.clearance + 1.5 * report.slack);
 }
 
