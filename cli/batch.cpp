@@ -141,6 +141,7 @@ public:
             return stop_.load();
         };
         std::vector<std::jthread> others;
+        others.reserve(std::size_t(processes_) - 1);
         for (int i = 1; i < processes_; ++i)
             others.emplace_back([this] { work([this] { return stop_.load(); }); });
         work(report);

@@ -100,6 +100,7 @@ private:
 Ended run_program(const std::vector<std::string>& words, double seconds, const std::function<bool()>& stop) {
     using Clock = std::chrono::steady_clock;
     std::vector<char*> pointers;
+    pointers.reserve(words.size() + 1);
     for (const std::string& word : words) pointers.push_back(const_cast<char*>(word.c_str()));
     pointers.push_back(nullptr);
     std::signal(SIGCHLD,

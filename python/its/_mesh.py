@@ -130,7 +130,9 @@ def say_rounding(mesh: Mesh, path: str | os.PathLike[str], lines: list[str]) -> 
     rounded = Path(path).suffix.lower() in (".stl", ".glb")
     if not rounded or np.array_equal(mesh.vertices, np.asarray(mesh.vertices).astype(np.float32)):
         return lines
-    lost = "coordinates were rounded to 32 bits: nothing is proven of the file; .ply, .obj, .off keep all digits"
+    lost = (
+        "coordinates were rounded to 32 bits: nothing is proven of the file; .ply, .obj, .off keep all digits"
+    )
     warnings.warn(f"{os.fspath(path)}: {lost}", LossWarning, stacklevel=3)
     return [*lines, lost]
 
