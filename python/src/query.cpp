@@ -20,9 +20,8 @@ namespace its::python {
 namespace {
 
 // Batches up to these sizes take some 10 ms at most, and are not watched: sides of closed meshes and values
-// take less than 100 ns, sides of open meshes at most 2 µs, whole sums beside a boundary of many edges
-// included.
-constexpr std::uint64_t few = 1 << 17, few_open = 1 << 12;
+// take less than 100 ns; a side of an open mesh may take a sum over the whole boundary, some 100 µs.
+constexpr std::uint64_t few = 1 << 17, few_open = 1 << 7;
 
 bool is_finite(const Vec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);

@@ -58,9 +58,6 @@ public:
     /// says that none within was found.
     DistanceRange range(const std::array<Located, 3>& triangle, const DistanceRange& limits) const;
 
-    /// What bounds err by: no narrower limits can be kept.
-    double rounding() const { return rounding_; }
-
 private:
     double upper(const std::array<Located, 3>& triangle, double limit) const;
 
